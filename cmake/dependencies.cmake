@@ -1,0 +1,38 @@
+# Finds what dlmfd stands on; a missing piece is named with the Debian package that brings it.
+find_package(PkgConfig REQUIRED)
+find_package(MPI REQUIRED COMPONENTS C)
+
+pkg_check_modules(PETSC IMPORTED_TARGET PETSc)
+if(NOT PETSC_FOUND)
+  message(FATAL_ERROR "PETSc was not found with pkg-config. On Debian: apt-get install petsc-dev (or run tools/setup)")
+elseif(PETSC_VERSION VERSION_LESS 3.18)
+  message(FATAL_ERROR "PETSc ${PETSC_VERSION} is too old: dlmfd needs 3.18 or newer. On Debian 12: apt-get install petsc-dev")
+endif()
+
+# dlm_find(<result> <header> <Debian package> <library>...)
+function(dlm_find result header package)
+  find_path(${result}_INCLUDE ${header} PATH_SUFFIXES hdf5/openmpi)
+  set(libraries "")
+  foreach(name ${ARGN})
+    find_library(${result}_${name} ${name} PATH_SUFFIXES hdf5/openmpi)
+    list(APPEND libraries ${${result}_${name}})
+  endforeach()
+  if(NOT ${result}_INCLUDE OR libraries MATCHES "NOTFOUND")
+    message(FATAL_ERROR "${header} or its libraries (${ARGN}) were not found. On Debian: apt-get install ${package} (or run tools/setup)")
+  endif()
+  set(${result}_LIBRARIES ${libraries} PARENT_SCOPE)
+endfunction()
+
+dlm_find(FFTW fftw3-mpi.h libfftw3-mpi-dev fftw3_mpi fftw3)
+dlm_find(METIS metis.h libmetis-dev metis)
+dlm_find(CMOCKA cmocka.h libcmocka-dev cmocka)
+pkg_check_modules(HDF5 IMPORTED_TARGET hdf5-openmpi)
+if(NOT HDF5_FOUND)
+  message(FATAL_ERROR "Parallel HDF5 was not found with pkg-config. On Debian: apt-get install libhdf5-openmpi-dev (or run tools/setup)")
+endif()
+
+add_library(dlm_dependencies INTERFACE)
+add_library(dlm::dependencies ALIAS dlm_dependencies)
+target_include_directories(dlm_dependencies SYSTEM INTERFACE ${FFTW_INCLUDE} ${METIS_INCLUDE})
+target_link_libraries(dlm_dependencies INTERFACE PkgConfig::PETSC PkgConfig::HDF5 MPI::MPI_C
+                      ${FFTW_LIBRARIES} ${METIS_LIBRARIES} m)

@@ -1,0 +1,25 @@
+/*
+  Short-range repulsion (spec 6; Glowinski, Pan, Hesla, Joseph and Periaux 1999): for two spheres with centres d apart and
+  touching distance D = a_i + a_j,
+
+    F = stiffness ((D + range - d) / range)^2 (G_i - G_j) / d   if d < D + range, else 0,
+
+  and against a wall the same with the mirror image (D = 2 a, d = twice the distance) and twice the stiffness.
+*/
+#ifndef DLMCONTACT_H
+#define DLMCONTACT_H
+
+#include "dlmspheres.h"
+
+typedef struct {
+  PetscBool exists;    /* two bodies of the scene can meet */
+  PetscReal range;     /* rho */
+  PetscReal stiffness; /* force at touching */
+  PetscReal largest;   /* largest force so far in the run */
+} DLMContact;
+
+/* Chooses what the scene leaves open: range h/8; stiffness five times the largest viscous and buoyant force on a sphere. */
+PETSC_EXTERN PetscErrorCode DLMContactCreate(const DLMScene *scene, DLMContact *contact);
+/* force[3 n] <- repulsion on every sphere at the present centres; the same on every rank. Not collective. */
+PETSC_EXTERN PetscErrorCode DLMContactForces(DLMContact *contact, DLMSpheres spheres, PetscReal *force);
+#endif

@@ -1,0 +1,114 @@
+/*
+  The scene: what the options describe, as plain data. Everything else is built from it.
+
+  All lengths, times and masses are in one consistent system of units (the thesis uses CGS).
+*/
+#ifndef DLMSCENE_H
+#define DLMSCENE_H
+
+#include <petscsys.h>
+
+typedef enum { DLM_MOTION_FREE, DLM_MOTION_ROTATE, DLM_MOTION_FIXED } DLMMotion;
+typedef enum { DLM_PAIRING_COLLOCATION, DLM_PAIRING_IMMERSED } DLMPairingType;
+typedef enum { DLM_POINTS_VOLUME, DLM_POINTS_SURFACE } DLMPointSet;
+typedef enum { DLM_FLUID_NEWTONIAN } DLMFluidModel;
+
+extern const char *const DLMMotions[];
+extern const char *const DLMPairingTypes[];
+extern const char *const DLMPointSets[];
+extern const char *const DLMFluidModels[];
+
+/* One rigid sphere as the scene starts it. */
+typedef struct {
+  PetscReal center[3];   /* inside the box */
+  PetscReal velocity[3]; /* initial V; a fixed sphere keeps it (default 0) */
+  PetscReal omega[3];    /* initial omega; a fixed sphere keeps it (default 0) */
+  PetscReal force[3];    /* prescribed external force, beside buoyancy */
+  PetscReal torque[3];   /* prescribed external torque */
+  PetscReal radius;
+  PetscReal density;
+  DLMMotion motion; /* free; rotate: V = 0, omega free; fixed: V and omega held */
+} DLMSphereSpec;
+
+#define DLM_AUTO (-1.0) /* value of a key left at "auto": the program chooses */
+
+typedef struct {
+  MPI_Comm comm;
+
+  PetscReal box_size[3];
+  PetscBool box_periodic[3];
+  PetscReal grid_resolution;          /* cells per unit length, 1/h */
+  PetscReal h;                        /* mesh width */
+  PetscInt  cells[3];                 /* cells per axis, even */
+  PetscInt  grid_processes[3];        /* ranks per axis; 0,0,0: chosen by the program */
+  PetscReal wall_velocity[3][2][3];   /* [axis][0 lower, 1 upper][component]; zero on periodic axes */
+  PetscReal gravity[3];
+  PetscReal pressure_gradient[3];     /* mean pressure gradient: a uniform body force -pressure_gradient on the fluid */
+
+  DLMFluidModel fluid_model;
+  PetscReal     fluid_density;
+  PetscReal     fluid_viscosity;      /* eta1, total zero-shear viscosity */
+
+  PetscInt       n_spheres;
+  DLMSphereSpec *spheres;             /* owned; the same on every rank */
+  PetscBool      sphere_inertia;      /* M dV/dt and I domega/dt kept */
+
+  DLMPairingType pairing_type;
+  DLMPointSet    pairing_points;
+  PetscReal      pairing_spacing;     /* marker spacing on the surface, in h; DLM_AUTO: calibrated */
+  PetscReal      pairing_degree;      /* spherical harmonics that carry the surface multipliers; 0: every point its own; DLM_AUTO */
+  PetscReal      pairing_retraction;  /* surface markers lie at a - retraction h; DLM_AUTO: calibrated */
+
+  PetscReal      pairing_compliance;  /* slip of the harmonics beyond degree 1 per traction, in h/viscosity; 0: none; DLM_AUTO */
+
+  PetscReal contact_range;            /* rho; DLM_AUTO: h/8; 0: no repulsion */
+  PetscReal contact_stiffness;        /* repulsion at touching (force); DLM_AUTO: from shear and buoyancy */
+
+  PetscReal ts_dt, ts_max_time;       /* read here for checks and reports; TS reads its own keys too */
+
+  PetscReal saddle_rtol;              /* tolerance of the bodies' solve */
+  PetscReal saddle_cluster_gap;       /* spheres closer than this share one dense block; in h */
+  PetscInt  saddle_cluster_limit;     /* most unknowns of a dense block; larger clusters are cut */
+  PetscReal stokes_block_limit;       /* MiB per rank for the pressure Schur blocks; beyond: conjugate gradients */
+
+  char      output_dir[PETSC_MAX_PATH_LEN];
+  PetscInt  output_every;             /* steps between rows of trajectory.csv */
+  PetscInt  output_fields_every;      /* steps between field outputs; 0: none */
+  PetscReal progress_every;           /* seconds between progress lines in a batch log */
+  char      source[PETSC_MAX_PATH_LEN]; /* the scene's file, "" if written in options only */
+} DLMScene;
+
+/*
+  DLMSceneCreate - reads the options database into a checked scene.
+
+  Collective on comm. The spheres' file is read on rank 0 and broadcast. Raises PETSC_ERR_USER_INPUT with one line
+  (key, value, what is allowed) when a key is out of range or keys contradict each other.
+*/
+PETSC_EXTERN PetscErrorCode DLMSceneCreate(MPI_Comm comm, DLMScene **scene);
+PETSC_EXTERN PetscErrorCode DLMSceneDestroy(DLMScene **scene);
+/* Prints the scene as understood. Collective. */
+PETSC_EXTERN PetscErrorCode DLMSceneView(const DLMScene *scene, PetscViewer viewer);
+/* Refuses keys of the options database that nothing has read. Call once every object is set up. Collective. */
+PETSC_EXTERN PetscErrorCode DLMSceneCheckUnused(MPI_Comm comm);
+/* Writes the table of keys as Markdown (docs/options.md) to file. Rank 0 only. */
+PETSC_EXTERN PetscErrorCode DLMSceneWriteOptionsTable(FILE *file);
+/*
+  DLMInitialize - PetscInitialize for a program that takes a scene file and -options_file: PETSc sees the other arguments
+  only, since it would report a missing or malformed file with a trace. DLMOptionsInsert reads the files.
+*/
+PETSC_EXTERN PetscErrorCode DLMInitialize(int argc, char **argv, const char help[]);
+/*
+  DLMOptionsInsert - loads options files into the database so that the command line wins. Call after DLMInitialize.
+  A first argument without a dash is a scene file too: `dlmfd scene.yaml -ts_dt 0.01`.
+*/
+PETSC_EXTERN PetscErrorCode DLMOptionsInsert(MPI_Comm comm, int argc, char **argv);
+
+/*
+  User-facing errors: DLMUserCheck(cond, comm, fmt, ...) raises PETSC_ERR_USER_INPUT when cond is false. Collective: cond
+  must agree on all ranks. DLMErrorHandler (pushed by main) prints such an error as the one line "dlmfd: error: ..." on
+  rank 0 and every other error as PETSc does.
+*/
+#define DLMUserCheck(cond, comm, ...) PetscCheck(cond, comm, PETSC_ERR_USER_INPUT, __VA_ARGS__)
+PETSC_EXTERN PetscErrorCode DLMErrorHandler(MPI_Comm, int, const char *, const char *, PetscErrorCode, PetscErrorType,
+                                            const char *, void *);
+#endif

@@ -1,0 +1,22 @@
+/*
+  The simulation: every object that a scene needs, in dependency order, and the TS that drives them.
+*/
+#ifndef DLMSIM_H
+#define DLMSIM_H
+
+#include "dlmcontact.h"
+#include "dlmsaddle.h"
+#include "dlmsplit.h"
+
+typedef struct _p_DLMSimulation *DLMSimulation;
+
+/* scene must outlive it. Builds only what the scene needs. Collective on scene->comm. */
+PETSC_EXTERN PetscErrorCode DLMSimulationCreate(const DLMScene *scene, DLMSimulation *sim);
+PETSC_EXTERN PetscErrorCode DLMSimulationDestroy(DLMSimulation *sim);
+/* What was built and why. Collective. */
+PETSC_EXTERN PetscErrorCode DLMSimulationView(DLMSimulation sim, PetscViewer viewer);
+/* Runs to ts_max_time or ts_max_steps. Writes the output files into scene->output_dir, which it creates. Collective. */
+PETSC_EXTERN PetscErrorCode DLMSimulationSolve(DLMSimulation sim);
+/* Borrowed; NULL where the scene has no such object. */
+PETSC_EXTERN PetscErrorCode DLMSimulationGetObjects(DLMSimulation sim, TS *ts, DLMGrid *grid, DLMStokes *stokes, DLMSpheres *spheres, DLMSaddle *saddle);
+#endif

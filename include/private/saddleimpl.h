@@ -1,0 +1,119 @@
+#ifndef DLM_SADDLEIMPL_H
+#define DLM_SADDLEIMPL_H
+
+#include "../dlmsaddle.h"
+#include "response.h"
+
+/*
+  Where every sphere's unknowns live in the bodies' vector: on rank r first the multipliers of its spheres (3 per point), then
+  V, omega of each (6 per sphere). Known on every rank.
+*/
+typedef struct {
+  PetscInt     n_multipliers, n_local; /* of this rank */
+  PetscInt    *points;                 /* multipliers of sphere i, in 3-vectors */
+  PetscInt    *multiplier, *rigid;     /* offsets of sphere i in its owner's part */
+  PetscMPIInt *rank;
+} DLMBodyLayout;
+
+/* One dense block: the spheres of a cluster, and the factors of its constraint preconditioner. */
+typedef struct {
+  PetscInt   n_spheres, *spheres; /* ascending */
+  PetscInt   n;                   /* multipliers */
+  PetscReal *center;              /* where the spheres were when the block was built */
+  PetscReal *factor;              /* Cholesky factor of S = Q^T J L J^T Q, column major, lower; NULL: unit matrix */
+  PetscReal *R, *Y;               /* n x 6 n_spheres: Q^T of the rigid motions, and S^-1 R */
+  PetscReal *W;                   /* Cholesky factor of R^T S^-1 R + M/dt */
+  PetscInt   start;               /* first entry in the gathered vector: multipliers, then rigid motions */
+} DLMBlock;
+
+/* Dense preconditioner of the bodies' Schur complement [-J L J^T, R; R^T, M/dt]. */
+typedef struct {
+  DLMSpheres     spheres;
+  DLMPairing     pairing;
+  const DLMScene *scene;
+  DLMStokes      stokes;
+  const DLMResponse *response;
+  PetscBool      plain;           /* unit matrix in place of J L J^T (Uzawa) */
+  PetscInt       n, capacity;
+  DLMBlock      *block;           /* of this rank */
+  PetscSF        gather;          /* bodies' vector -> blocks */
+  PetscInt       n_gathered;
+  PetscReal     *gathered;
+  PetscInt       n_clusters, largest, built;
+} DLMBlocks;
+
+struct _p_DLMSaddle {
+  DLMStokes       stokes;
+  DLMSpheres      spheres;
+  DLMPairing      pairing;
+  const DLMScene *scene;
+  DLMBodyLayout   layout;
+  DLMBlocks      *blocks;
+  DLMInertia      inertia;
+  PetscBool       uzawa;          /* velocity | (pressure, bodies) instead of fluid | bodies */
+  KSP             bodies_ksp;     /* borrowed from ksp */
+  Vec             lumped_mass;    /* Uzawa: -pressure mass / mu */
+  KSP             ksp;            /* NULL before the first solve and after a change of layout */
+  Mat             coupling, bodies; /* C = -J^T Q, E */
+  PetscScalar    *at_points;      /* work: 3 per point of this rank */
+  Vec             rhs, x;         /* (u, p, lambda, U) */
+  Vec             fluid;          /* (u, p) of the last solve */
+  PetscReal      *lambda;         /* multipliers and rigid motions the next solve starts from */
+  PetscReal       reference;      /* energy norm that the tolerance refers to */
+  DLMSaddleWork   work;
+};
+
+/* clusters.c: cluster[i] of every sphere, numbered by their first sphere; the same on every rank. */
+PETSC_INTERN PetscErrorCode DLMFindClusters(DLMSpheres spheres, const DLMScene *scene, const DLMBodyLayout *layout, PetscInt *n, PetscInt *cluster);
+
+PETSC_INTERN PetscErrorCode DLMBlocksCreate(DLMStokes stokes, DLMPairing pairing, DLMSpheres spheres, const DLMScene *scene, PetscBool plain, DLMBlocks **blocks);
+PETSC_INTERN PetscErrorCode DLMBlocksDestroy(DLMBlocks **blocks);
+/* Brings the blocks up to date with centres, layout and inertia. Collective. */
+PETSC_INTERN PetscErrorCode DLMBlocksUpdate(DLMBlocks *blocks, const DLMBodyLayout *layout, PetscReal inertia_weight);
+/* z <- [-S, R; R^T, M/dt]^-1 r, block by block; local parts of bodies' vectors. Collective. */
+PETSC_INTERN PetscErrorCode DLMBlocksApply(DLMBlocks *blocks, const PetscScalar *r, PetscScalar *z);
+/* sum over the blocks of lambda^T S lambda. Collective. */
+PETSC_INTERN PetscErrorCode DLMBlocksEnergy(DLMBlocks *blocks, const PetscScalar *x, PetscReal *energy);
+
+/* M and I of sphere i times weight, per rigid component; 1 for a held component. */
+PETSC_INTERN void DLMRigidMass(const DLMScene *scene, PetscInt i, PetscReal weight, PetscReal mass[6]);
+static inline PetscBool DLMRigidHeld(const DLMScene *scene, PetscInt i, int c)
+{
+  const DLMMotion motion = scene->spheres[i].motion;
+  return (PetscBool)(motion == DLM_MOTION_FIXED || (motion == DLM_MOTION_ROTATE && c < 3));
+}
+/* v <- V + omega x r. */
+static inline void DLMRigidVelocity(const PetscReal U[6], const PetscReal r[3], PetscReal v[3])
+{
+  v[0] = U[0] + U[4] * r[2] - U[5] * r[1];
+  v[1] = U[1] + U[5] * r[0] - U[3] * r[2];
+  v[2] = U[2] + U[3] * r[1] - U[4] * r[0];
+}
+
+/* load += (lambda, r x lambda). */
+static inline void DLMRigidLoad(const PetscReal lambda[3], const PetscReal r[3], PetscReal load[6])
+{
+  for (int c = 0; c < 3; c++) load[c] += lambda[c];
+  load[3] += r[1] * lambda[2] - r[2] * lambda[1];
+  load[4] += r[2] * lambda[0] - r[0] * lambda[2];
+  load[5] += r[0] * lambda[1] - r[1] * lambda[0];
+}
+
+/* values[n_multipliers] <- Q^T (V + omega x r) for rigid motions U given by sphere (6 each, at stride from U of the k-th owned one). */
+PETSC_INTERN PetscErrorCode DLMSaddleRigidMotion(DLMSaddle s, const PetscScalar *U, PetscScalar *values);
+/* values -= epsilon lambda, the compliance of the higher harmonics. */
+PETSC_INTERN PetscErrorCode DLMSaddleComply(DLMSaddle s, const PetscScalar *multipliers, PetscScalar *values);
+/* load[6 owned] <- force and torque (sum of lambda, sum of r x lambda) of multipliers; overwritten. */
+PETSC_INTERN PetscErrorCode DLMSaddleLoads(DLMSaddle s, const PetscScalar *multipliers, PetscScalar *load);
+
+/* Harmonics of degree 0 and 1, which carry force, torque and stresslet: the first multipliers of a sphere. */
+enum { DLM_STIFF_MULTIPLIERS = 4 };
+
+PETSC_INTERN PetscErrorCode DLMLayoutUpdate(DLMSpheres spheres, DLMPairing pairing, DLMBodyLayout *layout);
+PETSC_INTERN PetscErrorCode DLMLayoutDestroy(DLMBodyLayout *layout);
+
+/* solver.c: the KSP for the present layout. */
+PETSC_INTERN PetscErrorCode DLMSaddleBuildSolver(DLMSaddle saddle);
+PETSC_INTERN PetscErrorCode DLMSaddleResetSolver(DLMSaddle saddle);
+PETSC_INTERN PetscErrorCode DLMSaddleRegister(void);
+#endif

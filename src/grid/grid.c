@@ -1,0 +1,175 @@
+#include "../../include/private/gridimpl.h"
+
+/* Pressure nodes of an axis. */
+static PetscInt CoarseNodes(DLMGrid grid, int d)
+{
+  return grid->cells[d] / 2 + (grid->periodic[d] ? 0 : 1);
+}
+
+/* Fewest pressure nodes a rank may hold on an axis: the velocity stencil has width 2. */
+static PetscInt MostProcesses(DLMGrid grid, int d)
+{
+  return PetscMax(1, CoarseNodes(grid, d) / 2);
+}
+
+/* Slabs along the line axis keep the plane transforms local; where they would be too thin, the other axes are cut too. */
+static PetscErrorCode ChooseProcesses(DLMGrid grid, const DLMScene *scene)
+{
+  PetscMPIInt size;
+  PetscInt    best = -1, axis[3] = { grid->line, (grid->line + 2) % 3, (grid->line + 1) % 3 };
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(grid->comm, &size));
+  if (scene->grid_processes[0] > 0) {
+    const PetscInt *p = scene->grid_processes;
+    DLMUserCheck(p[0] * p[1] * p[2] == size, grid->comm,
+                 "grid_processes: %" PetscInt_FMT ",%" PetscInt_FMT ",%" PetscInt_FMT " does not multiply to the %d ranks of this run",
+                 p[0], p[1], p[2], size);
+    for (int d = 0; d < 3; d++) {
+      DLMUserCheck(p[d] <= MostProcesses(grid, d), grid->comm,
+                   "grid_processes: %" PetscInt_FMT " ranks on axis x%d are too many for %" PetscInt_FMT
+                   " cells, at most %" PetscInt_FMT " are allowed",
+                   p[d], d + 1, grid->cells[d], MostProcesses(grid, d));
+      grid->processes[d] = p[d];
+    }
+    PetscFunctionReturn(0);
+  }
+  for (PetscInt a = PetscMin(size, MostProcesses(grid, axis[0])); a >= 1; a--) {
+    for (PetscInt b = PetscMin(size / a, MostProcesses(grid, axis[1])); b >= 1; b--) {
+      const PetscInt c = size / (a * b);
+      if (a * b * c != size || c > MostProcesses(grid, axis[2]) || best > 0) continue;
+      best                     = a;
+      grid->processes[axis[0]] = a;
+      grid->processes[axis[1]] = b;
+      grid->processes[axis[2]] = c;
+    }
+  }
+  DLMUserCheck(best > 0, grid->comm,
+               "ranks: %d ranks cannot share a mesh of %" PetscInt_FMT " x %" PetscInt_FMT " x %" PetscInt_FMT
+               " cells, each needs at least 4 cells of an axis: use fewer ranks",
+               size, grid->cells[0], grid->cells[1], grid->cells[2]);
+  PetscFunctionReturn(0);
+}
+
+/* Shares the pressure nodes of an axis evenly; the velocity nodes follow. */
+static PetscErrorCode ShareAxis(DLMGrid grid, int d, PetscInt *coarse, PetscInt *fine)
+{
+  const PetscInt n = CoarseNodes(grid, d), size = grid->processes[d];
+  PetscInt       first = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(size + 1, &grid->start[d]));
+  for (PetscInt r = 0; r < size; r++) {
+    coarse[r]         = n / size + (r < n % size ? 1 : 0);
+    grid->start[d][r] = 2 * first;
+    first += coarse[r];
+    fine[r] = PetscMin(2 * first, grid->nodes[d]) - grid->start[d][r];
+  }
+  grid->start[d][size] = grid->nodes[d];
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode CreateDM(DLMGrid grid, const PetscInt nodes[3], PetscInt dof, PetscInt width, PetscInt *const share[3], DM *dm)
+{
+  DMBoundaryType boundary[3];
+
+  PetscFunctionBeginUser;
+  for (int d = 0; d < 3; d++) boundary[d] = grid->periodic[d] ? DM_BOUNDARY_PERIODIC : DM_BOUNDARY_NONE;
+  PetscCall(DMDACreate3d(grid->comm, boundary[0], boundary[1], boundary[2], DMDA_STENCIL_BOX, nodes[0], nodes[1], nodes[2],
+                         grid->processes[0], grid->processes[1], grid->processes[2], dof, width, share[0], share[1], share[2], dm));
+  PetscCall(DMSetUp(*dm));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode CreateDMs(DLMGrid grid)
+{
+  PetscInt *coarse[3], *fine[3], coarse_nodes[3];
+
+  PetscFunctionBeginUser;
+  for (int d = 0; d < 3; d++) {
+    coarse_nodes[d] = CoarseNodes(grid, d);
+    PetscCall(PetscMalloc2(grid->processes[d], &coarse[d], grid->processes[d], &fine[d]));
+    PetscCall(ShareAxis(grid, d, coarse[d], fine[d]));
+  }
+  PetscCall(CreateDM(grid, grid->nodes, 3, 2, fine, &grid->velocity));
+  PetscCall(CreateDM(grid, coarse_nodes, 1, 1, coarse, &grid->pressure));
+  PetscCall(PetscObjectSetName((PetscObject)grid->velocity, "velocity"));
+  PetscCall(PetscObjectSetName((PetscObject)grid->pressure, "pressure"));
+  for (int c = 0; c < 3; c++) {
+    const char *name[3] = { "u1", "u2", "u3" };
+    PetscCall(DMDASetFieldName(grid->velocity, c, name[c]));
+  }
+  for (int d = 0; d < 3; d++) PetscCall(PetscFree2(coarse[d], fine[d]));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMGridCreate(const DLMScene *scene, DLMGrid *new_grid)
+{
+  DLMGrid grid;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(&grid));
+  grid->comm = scene->comm;
+  grid->h    = scene->h;
+  grid->line = 2;
+  for (int d = 0; d < 3; d++) {
+    grid->lower[d]    = -0.5 * scene->box_size[d];
+    grid->cells[d]    = scene->cells[d];
+    grid->periodic[d] = scene->box_periodic[d];
+    grid->nodes[d]    = grid->cells[d] + (grid->periodic[d] ? 0 : 1);
+  }
+  for (int d = 0; d < 3; d++)
+    if (!grid->periodic[d]) grid->line = d;
+  PetscCall(ChooseProcesses(grid, scene));
+  PetscCall(CreateDMs(grid));
+  *new_grid = grid;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMGridDestroy(DLMGrid *grid)
+{
+  PetscFunctionBeginUser;
+  if (!*grid) PetscFunctionReturn(0);
+  PetscCall(DMDestroy(&(*grid)->velocity));
+  PetscCall(DMDestroy(&(*grid)->pressure));
+  for (int d = 0; d < 3; d++) PetscCall(PetscFree((*grid)->start[d]));
+  PetscCall(PetscFree(*grid));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMGridGetDMs(DLMGrid grid, DM *velocity, DM *pressure)
+{
+  PetscFunctionBeginUser;
+  if (velocity) *velocity = grid->velocity;
+  if (pressure) *pressure = grid->pressure;
+  PetscFunctionReturn(0);
+}
+
+/* Process of an axis that owns a node: start[] is sorted and short. */
+static PetscInt AxisProcess(DLMGrid grid, int d, PetscInt i)
+{
+  PetscInt low = 0, high = grid->processes[d];
+
+  while (high - low > 1) {
+    const PetscInt mid = (low + high) / 2;
+    if (i >= grid->start[d][mid]) low = mid;
+    else high = mid;
+  }
+  return low;
+}
+
+PetscErrorCode DLMGridLocate(DLMGrid grid, PetscInt coarsening, const PetscInt i[3], PetscMPIInt *rank, PetscInt *index)
+{
+  PetscInt process[3], local[3], width[3];
+
+  PetscFunctionBegin;
+  for (int d = 0; d < 3; d++) {
+    const PetscInt n = grid->cells[d] / coarsening, node = grid->periodic[d] ? ((i[d] % n) + n) % n : i[d];
+    process[d] = AxisProcess(grid, d, coarsening * node);
+    local[d]   = node - grid->start[d][process[d]] / coarsening;
+    width[d]   = (grid->start[d][process[d] + 1] + coarsening - 1) / coarsening - grid->start[d][process[d]] / coarsening;
+  }
+  *rank = (PetscMPIInt)(process[0] + grid->processes[0] * (process[1] + grid->processes[1] * process[2]));
+  if (index) *index = local[0] + width[0] * (local[1] + width[1] * local[2]);
+  PetscFunctionReturn(0);
+}

@@ -1,0 +1,54 @@
+#include "../../include/private/gridimpl.h"
+#include "../../include/private/outputimpl.h"
+
+PetscErrorCode DLMFieldsOpen(DLMOutput output)
+{
+  DLMGrid         grid = output->sim->grid;
+  const PetscReal fine[3] = { grid->h, grid->h, grid->h }, coarse[3] = { 2.0 * grid->h, 2.0 * grid->h, 2.0 * grid->h };
+  PetscInt        nodes[3];
+
+  PetscFunctionBegin;
+  PetscCall(DLMFieldFileCreate(grid->comm, output->sim->scene->output_dir, -1, &output->fields));
+  PetscCall(DLMFieldFileAddMesh(output->fields, "velocity_mesh", grid->nodes, grid->lower, fine, grid->periodic));
+  for (int d = 0; d < 3; d++) nodes[d] = grid->cells[d] / 2 + (grid->periodic[d] ? 0 : 1);
+  PetscCall(DLMFieldFileAddMesh(output->fields, "pressure_mesh", nodes, grid->lower, coarse, grid->periodic));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode WriteSpheres(DLMOutput output)
+{
+  DLMSphereState *state;
+  PetscInt        n;
+  PetscReal      *x, *radius, *V, *omega;
+
+  PetscFunctionBegin;
+  PetscCall(DLMSpheresGetStates(output->sim->spheres, &n, &state));
+  PetscCall(PetscMalloc4(3 * n, &x, n, &radius, 3 * n, &V, 3 * n, &omega));
+  for (PetscInt i = 0; i < n; i++) {
+    radius[i] = output->sim->scene->spheres[i].radius;
+    PetscCall(DLMSpheresGetWrapped(output->sim->spheres, i, x + 3 * i));
+    PetscCall(PetscArraycpy(V + 3 * i, state[i].velocity, 3));
+    PetscCall(PetscArraycpy(omega + 3 * i, state[i].omega, 3));
+  }
+  PetscCall(DLMFieldFileWriteSpheres(output->fields, n, x, radius, V, omega));
+  PetscCall(PetscFree4(x, radius, V, omega));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMFieldsWrite(DLMOutput output, PetscInt step, PetscReal time)
+{
+  DM  velocity, pressure;
+  Vec x, u, p;
+
+  PetscFunctionBegin;
+  PetscCall(DLMGridGetDMs(output->sim->grid, &velocity, &pressure));
+  PetscCall(DLMSaddleGetFluid(output->sim->saddle, &x));
+  PetscCall(DLMStokesGetParts(output->sim->stokes, x, &u, &p));
+  PetscCall(DLMFieldFileBeginStep(output->fields, step, time));
+  PetscCall(DLMFieldFileWriteVec(output->fields, "velocity_mesh", "velocity", velocity, u));
+  PetscCall(DLMFieldFileWriteVec(output->fields, "pressure_mesh", "pressure", pressure, p));
+  if (output->sim->spheres) PetscCall(WriteSpheres(output));
+  PetscCall(DLMFieldFileEndStep(output->fields));
+  PetscCall(DLMStokesRestoreParts(output->sim->stokes, x, &u, &p));
+  PetscFunctionReturn(0);
+}

@@ -1,0 +1,142 @@
+#include <sys/resource.h>
+#include "../../include/private/outputimpl.h"
+
+static void Vector(FILE *file, const char *name, const PetscReal x[3])
+{
+  fprintf(file, "    \"%s\": [%.15g, %.15g, %.15g],\n", name, (double)x[0], (double)x[1], (double)x[2]);
+}
+
+/* JSON has no infinity. */
+static void Number(FILE *file, const char *name, PetscReal x)
+{
+  if (PetscIsInfOrNanReal(x)) fprintf(file, "  \"%s\": null,\n", name);
+  else fprintf(file, "  \"%s\": %.15g,\n", name, (double)x);
+}
+
+static void Text(FILE *file, const char *name, const char *text)
+{
+  fprintf(file, "    \"%s\": \"", name);
+  for (; *text; text++) {
+    if (*text == '"' || *text == '\\') fputc('\\', file);
+    if ((unsigned char)*text >= 32) fputc(*text, file);
+  }
+  fputs("\",\n", file);
+}
+
+static void WriteScene(FILE *file, DLMSimulation sim)
+{
+  const DLMScene *scene = sim->scene;
+
+  fputs("  \"scene\": {\n", file);
+  Text(file, "source", scene->source);
+  Vector(file, "box_size", scene->box_size);
+  fprintf(file, "    \"box_periodic\": [%s, %s, %s],\n", scene->box_periodic[0] ? "true" : "false", scene->box_periodic[1] ? "true" : "false",
+          scene->box_periodic[2] ? "true" : "false");
+  fprintf(file, "    \"grid_resolution\": %.15g,\n    \"cells\": [%ld, %ld, %ld],\n", (double)scene->grid_resolution, (long)scene->cells[0],
+          (long)scene->cells[1], (long)scene->cells[2]);
+  Vector(file, "wall_velocity_lower", scene->wall_velocity[2][0]);
+  Vector(file, "wall_velocity_upper", scene->wall_velocity[2][1]);
+  Vector(file, "gravity", scene->gravity);
+  Text(file, "fluid_model", DLMFluidModels[scene->fluid_model]);
+  fprintf(file, "    \"fluid_density\": %.15g,\n    \"fluid_viscosity\": %.15g,\n", (double)scene->fluid_density, (double)scene->fluid_viscosity);
+  Text(file, "pairing_type", DLMPairingTypes[scene->pairing_type]);
+  Text(file, "pairing_points", DLMPointSets[scene->pairing_points]);
+  fprintf(file, "    \"contact_range\": %.15g,\n    \"contact_stiffness\": %.15g,\n", (double)sim->contact.range, (double)sim->contact.stiffness);
+  fprintf(file, "    \"sphere_inertia\": %s,\n    \"n_spheres\": %ld,\n    \"spheres\": [", scene->sphere_inertia ? "true" : "false", (long)scene->n_spheres);
+  for (PetscInt i = 0; i < scene->n_spheres; i++)
+    fprintf(file, "%s\n      {\"radius\": %.15g, \"density\": %.15g, \"motion\": \"%s\"}", i ? "," : "", (double)scene->spheres[i].radius,
+            (double)scene->spheres[i].density, DLMMotions[scene->spheres[i].motion]);
+  fputs("\n    ]\n  },\n", file);
+}
+
+static PetscErrorCode WriteWork(FILE *file, DLMSimulation sim)
+{
+  DLMSaddleWork work;
+  const char   *name;
+  PetscReal     seconds;
+  PetscInt      calls;
+
+  PetscFunctionBegin;
+  PetscCall(DLMSaddleGetWork(sim->saddle, &work));
+  fprintf(file, "  \"iterations\": {\"bodies_total\": %ld, \"bodies_most\": %ld, \"saddle_solves\": %ld, \"blocks_built\": %ld},\n", (long)work.iterations,
+          (long)work.most_iterations, (long)work.solves, (long)work.blocks_built);
+  fprintf(file, "  \"seconds_by_substep\": {\"set_up\": %.6g", sim->setup_seconds);
+  for (PetscInt k = 0;; k++) {
+    PetscCall(DLMSplitGetTime(sim->ts, k, &name, &seconds, &calls));
+    if (!name) break;
+    fprintf(file, ", \"%s\": %.6g", name, (double)seconds);
+  }
+  fputs("},\n", file);
+  PetscFunctionReturn(0);
+}
+
+/* Largest entry of B u over the volume of a pressure node: what is left of div u. */
+static PetscErrorCode LargestDivergence(DLMSimulation sim, PetscReal *largest)
+{
+  Vec x, u, p, flux, rhs, g;
+  Mat B;
+
+  PetscFunctionBegin;
+  PetscCall(DLMStokesGetOperators(sim->stokes, NULL, NULL, &B));
+  PetscCall(DLMSaddleGetFluid(sim->saddle, &x));
+  PetscCall(DLMStokesGetParts(sim->stokes, x, &u, &p));
+  PetscCall(VecDuplicate(p, &flux));
+  PetscCall(MatMult(B, u, flux));
+  PetscCall(DLMStokesRestoreParts(sim->stokes, x, &u, &p));
+  PetscCall(DLMStokesGetWallForce(sim->stokes, &rhs));
+  PetscCall(DLMStokesGetParts(sim->stokes, rhs, NULL, &g));
+  PetscCall(VecAXPY(flux, -1.0, g));
+  PetscCall(DLMStokesRestoreParts(sim->stokes, rhs, NULL, &g));
+  PetscCall(VecNorm(flux, NORM_INFINITY, largest));
+  *largest /= 8.0 * sim->scene->h * sim->scene->h * sim->scene->h;
+  PetscCall(VecDestroy(&flux));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSummaryWrite(DLMOutput output)
+{
+  DLMSimulation   sim   = output->sim;
+  const DLMScene *scene = sim->scene;
+  PetscMPIInt     rank, size;
+  PetscReal       time, divergence, memory;
+  PetscInt        steps, order, written = 1;
+  PetscLogDouble  now;
+  const char     *scheme;
+  char            path[PETSC_MAX_PATH_LEN];
+  struct rusage   usage;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
+  PetscCallMPI(MPI_Comm_size(scene->comm, &size));
+  PetscCall(TSGetTime(sim->ts, &time));
+  PetscCall(TSGetStepNumber(sim->ts, &steps));
+  PetscCall(DLMSplitGetScheme(sim->ts, &scheme, &order));
+  PetscCall(PetscTime(&now));
+  PetscCall(LargestDivergence(sim, &divergence));
+  getrusage(RUSAGE_SELF, &usage);
+  memory = usage.ru_maxrss / 1024.0;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &memory, 1, MPIU_REAL, MPIU_SUM, scene->comm));
+  if (rank == 0) {
+    FILE *file;
+    PetscCall(PetscSNPrintf(path, sizeof(path), "%s/summary.json", scene->output_dir));
+    file = fopen(path, "w");
+    if (file) {
+      fprintf(file, "{\n  \"version\": \"%s\",\n", DLM_VERSION);
+      WriteScene(file, sim);
+      fprintf(file, "  \"nodes\": %ld,\n  \"ranks\": %d,\n  \"scheme\": \"%s\",\n  \"dt\": %.15g,\n  \"steps\": %ld,\n", (long)(sim->grid ? (scene->cells[0] + !scene->box_periodic[0]) * (scene->cells[1] + !scene->box_periodic[1]) * (scene->cells[2] + !scene->box_periodic[2]) : 0),
+              size, scheme, (double)scene->ts_dt, (long)steps);
+      Number(file, "time", time);
+      Number(file, "seconds", now - output->started);
+      PetscCall(WriteWork(file, sim));
+      Number(file, "peak_memory_MiB", memory);
+      Number(file, "largest_slip", output->largest_slip);
+      Number(file, "smallest_gap", output->smallest_gap);
+      Number(file, "largest_contact_force", sim->contact.largest);
+      fprintf(file, "  \"largest_divergence\": %.6g\n}\n", (double)divergence);
+    }
+    written = file && !ferror(file) && !fclose(file);
+  }
+  PetscCallMPI(MPI_Bcast(&written, 1, MPIU_INT, 0, scene->comm));
+  DLMUserCheck(written, scene->comm, "output_dir: cannot write %s/summary.json, free some space or give another folder", scene->output_dir);
+  PetscFunctionReturn(0);
+}

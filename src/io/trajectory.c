@@ -1,0 +1,53 @@
+#include <unistd.h>
+#include "../../include/private/outputimpl.h"
+
+static const char header[] = "step,time,sphere,x1,x2,x3,V1,V2,V3,omega1,omega2,omega3,F1,F2,F3,T1,T2,T3\n";
+
+/* Tells every rank whether rank 0 could write. */
+static PetscErrorCode Agree(DLMOutput output, int written)
+{
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Bcast(&written, 1, MPI_INT, 0, output->sim->scene->comm));
+  DLMUserCheck(written, output->sim->scene->comm, "output_dir: cannot write %s/trajectory.csv, free some space or give another folder",
+               output->sim->scene->output_dir);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMTrajectoryOpen(DLMOutput output)
+{
+  const DLMScene *scene = output->sim->scene;
+  char            path[PETSC_MAX_PATH_LEN];
+  PetscMPIInt     rank;
+  int             written = 1;
+
+  PetscFunctionBegin;
+  if (!output->sim->spheres) PetscFunctionReturn(0);
+  PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
+  if (rank == 0) {
+    PetscCall(PetscSNPrintf(path, sizeof(path), "%s/trajectory.csv", scene->output_dir));
+    output->trajectory = fopen(path, "w");
+    written            = output->trajectory && fputs(header, output->trajectory) >= 0;
+  }
+  PetscCall(Agree(output, written));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMTrajectoryWrite(DLMOutput output, PetscInt step, PetscReal time)
+{
+  DLMSphereState *state;
+  PetscInt        n;
+  int             written = 1;
+
+  PetscFunctionBegin;
+  if (!output->sim->spheres) PetscFunctionReturn(0);
+  PetscCall(DLMSpheresGetStates(output->sim->spheres, &n, &state));
+  for (PetscInt i = 0; output->trajectory && i < n; i++) {
+    const PetscReal *columns[5] = { state[i].center, state[i].velocity, state[i].omega, state[i].force, state[i].torque };
+    fprintf(output->trajectory, "%ld,%.15g,%ld", (long)step, (double)time, (long)i);
+    for (int c = 0; c < 15; c++) fprintf(output->trajectory, ",%.15g", (double)columns[c / 3][c % 3]);
+    fputc('\n', output->trajectory);
+  }
+  if (output->trajectory) written = !fflush(output->trajectory) && !ferror(output->trajectory);
+  PetscCall(Agree(output, written));
+  PetscFunctionReturn(0);
+}

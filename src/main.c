@@ -1,0 +1,47 @@
+/* dlmfd: rigid spheres in bounded shear flows of viscoelastic fluids. The program at a glance. */
+#include <dlmsim.h>
+
+static const char help[] = "Rigid spheres in bounded shear flows: distributed Lagrange multipliers on a uniform mesh.\n"
+                           "  dlmfd SCENE.yaml [-key value ...]        or        mpirun -n 2 dlmfd SCENE.yaml [-key value ...]\n\n";
+
+static PetscErrorCode Run(int argc, char **argv)
+{
+  const MPI_Comm comm = PETSC_COMM_WORLD;
+  DLMScene      *scene;
+  DLMSimulation  sim;
+  PetscBool      table, only_help;
+  PetscMPIInt    rank;
+
+  PetscFunctionBeginUser;
+  PetscCall(DLMOptionsInsert(comm, argc, argv));
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-options_table", &table));
+  if (table) {
+    if (rank == 0) PetscCall(DLMSceneWriteOptionsTable(stdout));
+    PetscFunctionReturn(0);
+  }
+  PetscCall(DLMSceneCreate(comm, &scene));
+  PetscCall(PetscOptionsHasHelp(NULL, &only_help));
+  PetscCall(DLMSimulationCreate(scene, &sim));
+  if (!only_help) {
+    PetscCall(DLMSceneCheckUnused(comm));
+    PetscCall(DLMSceneView(scene, PETSC_VIEWER_STDOUT_WORLD));
+    PetscCall(DLMSimulationView(sim, PETSC_VIEWER_STDOUT_WORLD));
+    PetscCall(DLMSimulationSolve(sim));
+  }
+  PetscCall(DLMSimulationDestroy(&sim));
+  PetscCall(DLMSceneDestroy(&scene));
+  PetscFunctionReturn(0);
+}
+
+int main(int argc, char **argv)
+{
+  PetscErrorCode ierr;
+
+  if (DLMInitialize(argc, argv, help)) return 1;
+  if (PetscPushErrorHandler(DLMErrorHandler, NULL)) return 1;
+  ierr = Run(argc, argv);
+  if (ierr && ierr != PETSC_ERR_USER_INPUT) MPI_Abort(MPI_COMM_WORLD, 1);
+  if (PetscFinalize()) return 1;
+  return ierr ? 2 : 0;
+}

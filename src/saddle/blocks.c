@@ -1,0 +1,398 @@
+#include "../../include/private/saddleimpl.h"
+#include <petscblaslapack.h>
+
+PetscErrorCode DLMBlocksCreate(DLMStokes stokes, DLMPairing pairing, DLMSpheres spheres, const DLMScene *scene, PetscBool plain, DLMBlocks **new_blocks)
+{
+  DLMBlocks *blocks;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(&blocks));
+  blocks->spheres = spheres;
+  blocks->pairing = pairing;
+  blocks->scene   = scene;
+  blocks->stokes  = stokes;
+  blocks->plain   = plain;
+  if (!plain) {
+    PetscReal radius = 0.0;
+    for (PetscInt i = 0; i < scene->n_spheres; i++) radius = PetscMax(radius, scene->spheres[i].radius);
+    /* one sphere across, or two that share a block */
+    PetscCall(DLMResponseGet(stokes, (PetscInt)PetscCeilReal((scene->n_spheres > 1 ? 4.0 : 2.0) * radius / scene->h) + 5, &blocks->response));
+  }
+  *new_blocks = blocks;
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode BlockDestroy(DLMBlock *b)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscFree(b->factor));
+  PetscCall(PetscFree5(b->spheres, b->center, b->R, b->Y, b->W));
+  PetscCall(PetscMemzero(b, sizeof(*b)));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMBlocksDestroy(DLMBlocks **pointer)
+{
+  DLMBlocks *blocks = *pointer;
+
+  PetscFunctionBeginUser;
+  if (!blocks) PetscFunctionReturn(0);
+  for (PetscInt k = 0; k < blocks->n; k++) PetscCall(BlockDestroy(&blocks->block[k]));
+  PetscCall(PetscFree(blocks->block));
+  PetscCall(PetscFree(blocks->gathered));
+  PetscCall(PetscSFDestroy(&blocks->gather));
+  PetscCall(PetscFree(*pointer));
+  PetscFunctionReturn(0);
+}
+
+void DLMRigidMass(const DLMScene *scene, PetscInt i, PetscReal weight, PetscReal mass[6])
+{
+  const DLMSphereSpec *s = &scene->spheres[i];
+  const PetscReal      M = 4.0 / 3.0 * PETSC_PI * s->radius * s->radius * s->radius * s->density;
+
+  for (int c = 0; c < 6; c++) mass[c] = DLMRigidHeld(scene, i, c) ? 1.0 : weight * (c < 3 ? M : 0.4 * M * s->radius * s->radius);
+}
+
+/* J L J^T of the block's markers, both triangles, column major. */
+static PetscErrorCode AssemblePoints(DLMBlocks *blocks, const DLMMarkers *m, const PetscInt *sphere_of, PetscReal *S)
+{
+  DLMGrid        grid = blocks->stokes->grid;
+  const PetscInt n    = 3 * m->n;
+  PetscReal     *x;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(3 * m->n, &x));
+  for (PetscInt i = 0; i < m->n; i++)
+    for (int d = 0; d < 3; d++) x[3 * i + d] = (blocks->spheres->state[sphere_of[i]].center[d] + m->r[3 * i + d] - grid->lower[d]) / grid->h;
+  for (PetscInt j = 0; j < m->n; j++)
+    for (PetscInt i = j; i < m->n; i++) {
+      PetscInt  shift[3] = { 0, 0, 0 };
+      PetscReal entry[9];
+      if (sphere_of[i] != sphere_of[j]) { /* nearest image of the other sphere */
+        PetscReal d[3];
+        PetscCall(DLMSpheresSeparation(blocks->spheres, sphere_of[j], sphere_of[i], d));
+        for (int c = 0; c < 3; c++) {
+          const PetscReal apart = blocks->spheres->state[sphere_of[i]].center[c] - blocks->spheres->state[sphere_of[j]].center[c];
+          shift[c]              = (PetscInt)PetscFloorReal(0.5 + (apart - d[c]) / grid->h);
+        }
+      }
+      DLMResponseEntry(blocks->response, grid, m, i, x + 3 * i, m, j, x + 3 * j, shift, entry);
+      for (int v = 0; v < 3; v++)
+        for (int c = 0; c < 3; c++) S[(3 * j + c) * n + 3 * i + v] = S[(3 * i + v) * n + 3 * j + c] = entry[3 * v + c];
+    }
+  PetscCall(PetscFree(x));
+  PetscFunctionReturn(0);
+}
+
+/* rows of x (points of each sphere, 3 components, m columns of leading dimension n) -> rows of y (its multipliers): y = Q^T x. */
+static PetscErrorCode ProjectRows(DLMBlocks *blocks, const DLMBlock *b, const PetscInt *first, PetscInt m, const PetscReal *x, PetscInt n, PetscReal *y)
+{
+  PetscInt to = 0;
+
+  PetscFunctionBegin;
+  for (PetscInt s = 0; s < b->n_spheres; s++) {
+    const DLMPointSetData *set;
+    PetscCall(DLMPairingGetPointSet(blocks->pairing, b->spheres[s], &set));
+    const PetscInt carried = set->Q ? set->n : 0, columns = set->Q ? set->m : 0, own = first[s + 1] - first[s] - carried;
+    for (PetscInt j = 0; j < m; j++) {
+      const PetscReal *p = x + j * n + 3 * first[s];
+      PetscReal       *c = y + j * b->n + 3 * to;
+      for (PetscInt q = 0; q < columns; q++) {
+        PetscReal sum[3] = { 0.0, 0.0, 0.0 };
+        for (PetscInt i = 0; i < carried; i++)
+          for (int d = 0; d < 3; d++) sum[d] += set->Q[q * set->n + i] * p[3 * i + d];
+        for (int d = 0; d < 3; d++) c[3 * q + d] = sum[d];
+      }
+      PetscCall(PetscArraycpy(c + 3 * columns, p + 3 * carried, 3 * own));
+    }
+    to += columns + own;
+  }
+  PetscFunctionReturn(0);
+}
+
+static void Transpose(PetscInt rows, PetscInt columns, const PetscReal *x, PetscReal *y)
+{
+  for (PetscInt j = 0; j < columns; j++)
+    for (PetscInt i = 0; i < rows; i++) y[i * columns + j] = x[j * rows + i];
+}
+
+/* factor <- S = Q^T J L J^T Q + epsilon. */
+static PetscErrorCode AssembleBlock(DLMBlocks *blocks, DLMBlock *b, const DLMMarkers *m, const PetscInt *first, const PetscInt *sphere_of)
+{
+  const PetscInt n = 3 * m->n;
+  PetscReal     *points, *half, *turned;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(n * n, &points));
+  PetscCall(AssemblePoints(blocks, m, sphere_of, points));
+  if (n == b->n) { /* as many multipliers as points: Q is the unit matrix */
+    b->factor = points;
+    PetscFunctionReturn(0);
+  }
+  PetscCall(PetscMalloc2(b->n * n, &half, b->n * n, &turned));
+  PetscCall(PetscMalloc1(b->n * b->n, &b->factor));
+  PetscCall(ProjectRows(blocks, b, first, n, points, n, half));
+  Transpose(b->n, n, half, turned);
+  PetscCall(ProjectRows(blocks, b, first, b->n, turned, n, b->factor));
+  for (PetscInt s = 0, to = 0; s < b->n_spheres; s++) {
+    DLMCover cover;
+    PetscCall(DLMPairingGetCover(blocks->scene, blocks->scene->spheres[b->spheres[s]].radius, &cover));
+    for (PetscInt i = 3 * DLM_STIFF_MULTIPLIERS; i < 3 * cover.n_multipliers; i++) b->factor[(to + i) * (b->n + 1)] += cover.compliance;
+    to += 3 * (cover.n_multipliers + first[s + 1] - first[s] - cover.n_points);
+  }
+  PetscCall(PetscFree2(half, turned));
+  PetscCall(PetscFree(points));
+  PetscFunctionReturn(0);
+}
+
+/*
+  Cholesky factor in place. Volume points make S nearly singular, and the table makes it slightly inexact: a shift of the diagonal lifts
+  what came out negative; conjugate gradients around the block mend the rest.
+*/
+static PetscErrorCode Factorise(PetscInt n, PetscReal **S, PetscReal shift)
+{
+  PetscBLASInt size = (PetscBLASInt)n, info = 1;
+  PetscReal    largest = 0.0, *copy;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(n * n, &copy));
+  for (PetscInt i = 0; i < n; i++) largest = PetscMax(largest, (*S)[i * (n + 1)]);
+  for (; info; shift *= 10.0) {
+    PetscCheck(shift < 10.0, PETSC_COMM_SELF, PETSC_ERR_LIB, "A multiplier block of size %" PetscInt_FMT " is not positive definite", n);
+    PetscCall(PetscArraycpy(copy, *S, n * n));
+    for (PetscInt i = 0; i < n; i++) copy[i * (n + 1)] += shift * largest;
+    LAPACKpotrf_("L", &size, copy, &size, &info);
+  }
+  PetscCall(PetscFree(*S));
+  *S = copy;
+  PetscFunctionReturn(0);
+}
+
+/* x <- S^-1 x for m columns. */
+static PetscErrorCode SolveFactor(const DLMBlock *b, PetscInt m, PetscReal *x)
+{
+  PetscBLASInt n = (PetscBLASInt)b->n, columns = (PetscBLASInt)m, info;
+
+  PetscFunctionBegin;
+  if (b->factor) LAPACKpotrs_("L", &n, &columns, b->factor, &n, x, &n, &info);
+  PetscFunctionReturn(0);
+}
+
+/* W = R^T S^-1 R + M/dt, factored. */
+static PetscErrorCode BuildRigid(const DLMScene *scene, DLMBlock *b, PetscReal inertia_weight)
+{
+  const PetscInt m = 6 * b->n_spheres;
+  PetscBLASInt   size = (PetscBLASInt)m, info;
+
+  PetscFunctionBegin;
+  for (PetscInt j = 0; j < m; j++)
+    for (PetscInt i = 0; i < m; i++) {
+      PetscReal sum = 0.0;
+      for (PetscInt k = 0; k < b->n; k++) sum += b->R[i * b->n + k] * b->Y[j * b->n + k];
+      b->W[j * m + i] = sum;
+    }
+  for (PetscInt s = 0; s < b->n_spheres; s++) {
+    PetscReal mass[6];
+    DLMRigidMass(scene, b->spheres[s], inertia_weight, mass);
+    for (int c = 0; c < 6; c++) b->W[(6 * s + c) * (m + 1)] += mass[c];
+  }
+  LAPACKpotrf_("L", &size, b->W, &size, &info);
+  PetscCheck(info == 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "The rigid-motion block of sphere %" PetscInt_FMT " is not positive definite", b->spheres[0]);
+  PetscFunctionReturn(0);
+}
+
+/* Columns of R: Q^T of the points' velocity for unit V and omega of each sphere; zero for held components. */
+static PetscErrorCode FillRigid(DLMBlocks *blocks, DLMBlock *b, const DLMMarkers *m, const PetscInt *first)
+{
+  PetscReal *x;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc1(18 * m->n * b->n_spheres, &x));
+  for (PetscInt s = 0; s < b->n_spheres; s++)
+    for (int c = 0; c < 6; c++) {
+      PetscReal U[6] = { 0.0 };
+      if (DLMRigidHeld(blocks->scene, b->spheres[s], c)) continue;
+      U[c] = 1.0;
+      for (PetscInt i = first[s]; i < first[s + 1]; i++) DLMRigidVelocity(U, m->r + 3 * i, x + (6 * s + c) * 3 * m->n + 3 * i);
+    }
+  PetscCall(ProjectRows(blocks, b, first, 6 * b->n_spheres, x, 3 * m->n, b->R));
+  PetscCall(PetscFree(x));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode BuildBlock(DLMBlocks *blocks, DLMBlock *b)
+{
+  const PetscInt m = 6 * b->n_spheres;
+  DLMMarkers     markers = { 0 };
+  PetscInt       n_pairs, *pairs, *first, *sphere_of;
+
+  PetscFunctionBegin;
+  PetscCall(PetscMalloc1(b->n_spheres + 1, &first));
+  PetscCall(DLMPairingOverlaps(blocks->pairing, &n_pairs, &pairs));
+  for (PetscInt s = 0; s < b->n_spheres; s++) {
+    first[s] = markers.n;
+    PetscCall(DLMMarkersAppend(blocks->pairing, b->spheres[s], n_pairs, pairs, &markers));
+    PetscCall(PetscArraycpy(b->center + 3 * s, blocks->spheres->state[b->spheres[s]].center, 3));
+  }
+  first[b->n_spheres] = markers.n;
+  PetscCall(PetscMalloc1(markers.n, &sphere_of));
+  for (PetscInt s = 0; s < b->n_spheres; s++)
+    for (PetscInt i = first[s]; i < first[s + 1]; i++) sphere_of[i] = b->spheres[s];
+  if (!blocks->plain) {
+    PetscCall(AssembleBlock(blocks, b, &markers, first, sphere_of));
+    PetscCall(Factorise(b->n, &b->factor, blocks->scene->pairing_points == DLM_POINTS_VOLUME ? 1e-6 : 1e-12));
+  }
+  PetscCall(FillRigid(blocks, b, &markers, first));
+  PetscCall(PetscArraycpy(b->Y, b->R, b->n * m));
+  PetscCall(SolveFactor(b, m, b->Y));
+  blocks->built++;
+  PetscCall(PetscFree(first));
+  PetscCall(PetscFree(sphere_of));
+  PetscCall(PetscFree(pairs));
+  PetscCall(DLMMarkersDestroy(&markers));
+  PetscFunctionReturn(0);
+}
+
+/* A block stays good while its spheres have moved, relative to the mesh, by less than this (in h). */
+static const PetscReal stale_distance = 0.1;
+
+static PetscBool IsCurrent(const DLMBlocks *blocks, const DLMBlock *b, PetscInt n_spheres, const PetscInt *spheres, PetscInt n)
+{
+  const PetscReal most = blocks->plain || blocks->scene->pairing_points == DLM_POINTS_VOLUME ? 0.0 : stale_distance * blocks->scene->h;
+
+  if (b->n_spheres != n_spheres || b->n != n) return PETSC_FALSE;
+  for (PetscInt s = 0; s < n_spheres; s++) {
+    if (b->spheres[s] != spheres[s]) return PETSC_FALSE;
+    for (int d = 0; d < 3; d++)
+      if (PetscAbsReal(b->center[3 * s + d] - blocks->spheres->state[spheres[s]].center[d]) > most) return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
+}
+
+/* Puts the block of a cluster at place k: an old one that is still current, or a new one. */
+static PetscErrorCode PlaceBlock(DLMBlocks *blocks, PetscInt n_old, DLMBlock *old, PetscInt n_spheres, const PetscInt *spheres, PetscInt n, DLMBlock *place)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(place, sizeof(*place)));
+  for (PetscInt k = 0; k < n_old; k++) {
+    if (!old[k].n_spheres || !IsCurrent(blocks, &old[k], n_spheres, spheres, n)) continue;
+    *place = old[k];
+    PetscCall(PetscMemzero(&old[k], sizeof(old[k])));
+    PetscFunctionReturn(0);
+  }
+  place->n_spheres = n_spheres;
+  place->n         = n;
+  PetscCall(PetscCalloc5(n_spheres, &place->spheres, 3 * n_spheres, &place->center, 6 * n_spheres * n, &place->R, 6 * n_spheres * n, &place->Y,
+                         36 * n_spheres * n_spheres, &place->W));
+  PetscCall(PetscArraycpy(place->spheres, spheres, n_spheres));
+  PetscCall(BuildBlock(blocks, place));
+  PetscFunctionReturn(0);
+}
+
+/* Star forest from the bodies' vector to the blocks: multipliers of a block's spheres, then their rigid motions. */
+static PetscErrorCode BuildGather(DLMBlocks *blocks, const DLMBodyLayout *layout)
+{
+  PetscSFNode *remote;
+  PetscInt     at = 0;
+
+  PetscFunctionBegin;
+  blocks->n_gathered = 0;
+  for (PetscInt k = 0; k < blocks->n; k++) {
+    blocks->block[k].start = blocks->n_gathered;
+    blocks->n_gathered += blocks->block[k].n + 6 * blocks->block[k].n_spheres;
+  }
+  PetscCall(PetscMalloc1(blocks->n_gathered, &remote));
+  for (PetscInt k = 0; k < blocks->n; k++) {
+    const DLMBlock *b = &blocks->block[k];
+    for (PetscInt s = 0; s < b->n_spheres; s++)
+      for (PetscInt i = 0; i < 3 * layout->points[b->spheres[s]]; i++)
+        remote[at++] = (PetscSFNode){ layout->rank[b->spheres[s]], layout->multiplier[b->spheres[s]] + i };
+    for (PetscInt s = 0; s < b->n_spheres; s++)
+      for (PetscInt c = 0; c < 6; c++) remote[at++] = (PetscSFNode){ layout->rank[b->spheres[s]], layout->rigid[b->spheres[s]] + c };
+  }
+  PetscCall(PetscSFDestroy(&blocks->gather));
+  PetscCall(PetscSFCreate(blocks->scene->comm, &blocks->gather));
+  PetscCall(PetscSFSetGraph(blocks->gather, layout->n_local, blocks->n_gathered, NULL, PETSC_COPY_VALUES, remote, PETSC_OWN_POINTER));
+  PetscCall(PetscSFSetUp(blocks->gather));
+  PetscCall(PetscFree(blocks->gathered));
+  PetscCall(PetscMalloc1(blocks->n_gathered, &blocks->gathered));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMBlocksUpdate(DLMBlocks *blocks, const DLMBodyLayout *layout, PetscReal inertia_weight)
+{
+  const PetscInt total = blocks->scene->n_spheres, n_old = blocks->n;
+  DLMBlock      *old = blocks->block;
+  PetscInt      *cluster, *member, *size;
+  PetscMPIInt    rank;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(blocks->scene->comm, &rank));
+  PetscCall(PetscMalloc2(total, &cluster, total, &member));
+  PetscCall(DLMFindClusters(blocks->spheres, blocks->scene, layout, &blocks->n_clusters, cluster));
+  PetscCall(PetscCalloc1(blocks->n_clusters + 1, &size));
+  PetscCall(PetscCalloc1(blocks->n_clusters, &blocks->block));
+  for (PetscInt i = 0; i < total; i++) size[cluster[i] + 1]++;
+  for (PetscInt c = 0; c < blocks->n_clusters; c++) size[c + 1] += size[c];
+  for (PetscInt i = 0; i < total; i++) member[size[cluster[i]]++] = i;
+  blocks->n = blocks->largest = 0;
+  for (PetscInt c = 0; c < blocks->n_clusters; c++) {
+    const PetscInt first = c ? size[c - 1] : 0, n_spheres = size[c] - first;
+    PetscInt       n = 0;
+    for (PetscInt s = 0; s < n_spheres; s++) n += 3 * layout->points[member[first + s]];
+    blocks->largest = PetscMax(blocks->largest, n);
+    if (layout->rank[member[first]] != rank) continue; /* the rank of its first sphere keeps a cluster's block */
+    PetscCall(PlaceBlock(blocks, n_old, old, n_spheres, member + first, n, &blocks->block[blocks->n]));
+    PetscCall(BuildRigid(blocks->scene, &blocks->block[blocks->n++], inertia_weight));
+  }
+  for (PetscInt k = 0; k < n_old; k++) PetscCall(BlockDestroy(&old[k]));
+  PetscCall(PetscFree(old));
+  PetscCall(PetscFree2(cluster, member));
+  PetscCall(PetscFree(size));
+  PetscCall(BuildGather(blocks, layout));
+  PetscFunctionReturn(0);
+}
+
+/* lambda <- Y U - S^-1 r1 with W U = r2 + R^T S^-1 r1; in place: x holds r1, r2 and then lambda, U. */
+static PetscErrorCode ApplyBlock(const DLMBlock *b, PetscReal *x)
+{
+  PetscReal   *U = x + b->n, one = 1.0, minus = -1.0;
+  PetscBLASInt n = (PetscBLASInt)b->n, m = (PetscBLASInt)(6 * b->n_spheres), unit = 1, info;
+
+  PetscFunctionBegin;
+  PetscCall(SolveFactor(b, 1, x));
+  BLASgemv_("T", &n, &m, &one, b->R, &n, x, &unit, &one, U, &unit);
+  LAPACKpotrs_("L", &m, &unit, b->W, &m, U, &m, &info);
+  BLASgemv_("N", &n, &m, &one, b->Y, &n, U, &unit, &minus, x, &unit);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMBlocksApply(DLMBlocks *blocks, const PetscScalar *r, PetscScalar *z)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscSFBcastBegin(blocks->gather, MPIU_SCALAR, r, blocks->gathered, MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(blocks->gather, MPIU_SCALAR, r, blocks->gathered, MPI_REPLACE));
+  for (PetscInt k = 0; k < blocks->n; k++) PetscCall(ApplyBlock(&blocks->block[k], blocks->gathered + blocks->block[k].start));
+  PetscCall(PetscSFReduceBegin(blocks->gather, MPIU_SCALAR, blocks->gathered, z, MPI_REPLACE));
+  PetscCall(PetscSFReduceEnd(blocks->gather, MPIU_SCALAR, blocks->gathered, z, MPI_REPLACE));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMBlocksEnergy(DLMBlocks *blocks, const PetscScalar *x, PetscReal *energy)
+{
+  PetscBLASInt unit = 1;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscSFBcastBegin(blocks->gather, MPIU_SCALAR, x, blocks->gathered, MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(blocks->gather, MPIU_SCALAR, x, blocks->gathered, MPI_REPLACE));
+  *energy = 0.0;
+  for (PetscInt k = 0; k < blocks->n; k++) {
+    const DLMBlock *b = &blocks->block[k];
+    PetscBLASInt    n = (PetscBLASInt)b->n;
+    PetscReal      *y = blocks->gathered + b->start;
+    if (b->factor) BLAStrmv_("L", "T", "N", &n, b->factor, &n, y, &unit); /* |L^T lambda|^2 */
+    for (PetscInt i = 0; i < b->n; i++) *energy += y[i] * y[i];
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, energy, 1, MPIU_REAL, MPIU_SUM, blocks->scene->comm));
+  PetscFunctionReturn(0);
+}

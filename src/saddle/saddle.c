@@ -1,0 +1,315 @@
+#include "../../include/private/saddleimpl.h"
+
+PetscErrorCode DLMSaddleCreate(DLMStokes stokes, DLMSpheres spheres, DLMPairing pairing, const DLMScene *scene, DLMSaddle *new_saddle)
+{
+  static const char *const splits[] = { "fluid", "velocity" };
+  PetscInt                 split    = 0;
+  DLMSaddle                s;
+  PetscBool                set;
+
+  PetscFunctionBeginUser;
+  PetscCall(DLMSaddleRegister());
+  PetscCall(PetscNew(&s));
+  s->stokes  = stokes;
+  s->spheres = spheres;
+  s->pairing = pairing;
+  s->scene   = scene;
+  PetscCall(PetscOptionsGetEList(NULL, NULL, "-saddle_split", splits, 2, &split, &set));
+  s->uzawa = (PetscBool)(split == 1);
+  PetscCall(DLMStokesCreateVec(stokes, &s->fluid));
+  if (scene->n_spheres) PetscCall(DLMBlocksCreate(stokes, pairing, spheres, scene, s->uzawa, &s->blocks));
+  if (s->uzawa && !stokes->mass) PetscCall(DLMStokesBuildPressureMass(stokes));
+  if (s->uzawa) {
+    PetscCall(MatCreateVecs(stokes->mass, &s->lumped_mass, NULL));
+    PetscCall(MatGetRowSum(stokes->mass, s->lumped_mass));
+  }
+  *new_saddle = s;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSaddleDestroy(DLMSaddle *pointer)
+{
+  DLMSaddle s = *pointer;
+
+  PetscFunctionBeginUser;
+  if (!s) PetscFunctionReturn(0);
+  PetscCall(DLMSaddleResetSolver(s));
+  PetscCall(DLMBlocksDestroy(&s->blocks));
+  PetscCall(DLMLayoutDestroy(&s->layout));
+  PetscCall(VecDestroy(&s->fluid));
+  PetscCall(VecDestroy(&s->lumped_mass));
+  PetscCall(PetscFree(s->lambda));
+  PetscCall(PetscFree(s->at_points));
+  PetscCall(PetscFree(*pointer));
+  PetscFunctionReturn(0);
+}
+
+/*
+  Brings the multipliers of the last solve to the new layout: a sphere's surface points keep their order when it moves or changes owner.
+  Inner points are new ones and start from zero.
+*/
+static PetscErrorCode CarryMultipliers(DLMSaddle s, const DLMBodyLayout *old, PetscReal *old_lambda)
+{
+  PetscSFNode *remote;
+  PetscInt    *local, n = 0;
+  PetscSF      sf;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(s->lambda));
+  PetscCall(PetscCalloc1(PetscMax(1, s->layout.n_local), &s->lambda));
+  if (!old->points) PetscFunctionReturn(0);
+  PetscCall(PetscMalloc2(s->layout.n_multipliers, &remote, s->layout.n_multipliers, &local));
+  for (PetscInt k = 0; k < s->spheres->n_owned; k++) {
+    const PetscInt i = s->spheres->owned[k];
+    DLMCover       cover;
+    PetscCall(DLMPairingGetCover(s->scene, s->scene->spheres[i].radius, &cover));
+    for (PetscInt q = 0; q < 3 * cover.n_multipliers; q++, n++) {
+      local[n]  = s->layout.multiplier[i] + q;
+      remote[n] = (PetscSFNode){ old->rank[i], old->multiplier[i] + q };
+    }
+  }
+  PetscCall(PetscSFCreate(s->scene->comm, &sf));
+  PetscCall(PetscSFSetGraph(sf, old->n_local, n, local, PETSC_COPY_VALUES, remote, PETSC_COPY_VALUES));
+  PetscCall(PetscSFBcastBegin(sf, MPIU_SCALAR, old_lambda, s->lambda, MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(sf, MPIU_SCALAR, old_lambda, s->lambda, MPI_REPLACE));
+  PetscCall(PetscSFDestroy(&sf));
+  PetscCall(PetscFree2(remote, local));
+  PetscFunctionReturn(0);
+}
+
+/* Markers, layout and solver for the present centres. */
+static PetscErrorCode UpdateLayout(DLMSaddle s)
+{
+  DLMBodyLayout old = s->layout;
+  PetscReal    *old_lambda = s->lambda;
+  PetscBool     same;
+
+  PetscFunctionBeginUser;
+  PetscCall(DLMPairingUpdate(s->pairing));
+  PetscCall(PetscMemzero(&s->layout, sizeof(s->layout)));
+  PetscCall(DLMLayoutUpdate(s->spheres, s->pairing, &s->layout));
+  PetscCall(PetscRealloc(PetscMax(1, 3 * s->pairing->markers.n) * sizeof(PetscScalar), &s->at_points));
+  same = (PetscBool)(old.points && old.n_local == s->layout.n_local);
+  for (PetscInt i = 0; same && i < s->scene->n_spheres; i++)
+    same = (PetscBool)(old.points[i] == s->layout.points[i] && old.rank[i] == s->layout.rank[i] && old.multiplier[i] == s->layout.multiplier[i]);
+  if (!same || s->scene->pairing_points == DLM_POINTS_VOLUME) {
+    s->lambda = NULL;
+    PetscCall(CarryMultipliers(s, &old, old_lambda));
+    PetscCall(PetscFree(old_lambda));
+  }
+  PetscCall(DLMLayoutDestroy(&old));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPIU_BOOL, MPI_LAND, s->scene->comm));
+  if (!same || !s->ksp) PetscCall(DLMSaddleBuildSolver(s));
+  PetscFunctionReturn(0);
+}
+
+/* Starts from the last velocities, then moves (lambda, U) onto the force balance R^T lambda + M/dt U = F + M U_old/dt. */
+static PetscErrorCode BalanceStart(DLMSaddle s, const PetscReal *force, const PetscReal *torque)
+{
+  PetscScalar *r, *z, *load;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc3(s->layout.n_local, &r, s->layout.n_local, &z, 6 * s->spheres->n_owned, &load));
+  PetscCall(DLMSaddleLoads(s, s->lambda, load));
+  for (PetscInt k = 0; k < s->spheres->n_owned; k++) {
+    const PetscInt        i     = s->spheres->owned[k];
+    const DLMSphereState *state = &s->spheres->state[i];
+    PetscReal            *U = s->lambda + s->layout.rigid[i], *balance = r + s->layout.rigid[i], mass[6];
+    DLMRigidMass(s->scene, i, s->inertia.weight, mass);
+    for (int c = 0; c < 6; c++) {
+      const PetscReal now = c < 3 ? state->velocity[c] : state->omega[c - 3], before = c < 3 ? state->velocity_before[c] : state->omega_before[c - 3];
+      const PetscReal *outer = c < 3 ? force : torque;
+      U[c]                   = now;
+      if (DLMRigidHeld(s->scene, i, c)) continue;
+      balance[c] = (outer ? outer[3 * i + c % 3] : 0.0) - load[6 * k + c];
+      if (s->inertia.weight > 0.0) balance[c] += mass[c] * (s->inertia.now * now + s->inertia.before * before - U[c]);
+    }
+  }
+  PetscCall(DLMBlocksApply(s->blocks, r, z));
+  for (PetscInt i = 0; i < s->layout.n_local; i++) s->lambda[i] += z[i];
+  PetscCall(DLMBlocksEnergy(s->blocks, s->lambda, &s->reference));
+  s->reference = PetscSqrtReal(s->reference);
+  PetscCall(PetscFree3(r, z, load));
+  PetscFunctionReturn(0);
+}
+
+/* Right-hand side for the increments of lambda and U (and of the pressure, under Uzawa). */
+static PetscErrorCode SetRightHandSide(DLMSaddle s, Vec body_force)
+{
+  const PetscInt     n_u = s->stokes->n_u, n_p = s->stokes->n_p;
+  const PetscScalar *wall, *extra = NULL;
+  PetscScalar       *f;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecGetArrayRead(s->stokes->wall_force, &wall));
+  PetscCall(VecGetArray(s->rhs, &f));
+  PetscCall(PetscArraycpy(f, wall, n_u + n_p));
+  if (body_force) {
+    PetscCall(VecGetArrayRead(body_force, &extra));
+    for (PetscInt i = 0; i < n_u; i++) f[i] += extra[i];
+    PetscCall(VecRestoreArrayRead(body_force, &extra));
+  }
+  PetscCall(PetscArrayzero(f + n_u + n_p, s->layout.n_local));
+  PetscCall(DLMSaddleRigidMotion(s, s->lambda + s->layout.n_multipliers, f + n_u + n_p));
+  PetscCall(DLMSaddleComply(s, s->lambda, f + n_u + n_p));
+  for (PetscInt i = 0; i < s->layout.n_multipliers; i++) f[n_u + n_p + i] = -f[n_u + n_p + i];
+  PetscCall(VecRestoreArray(s->rhs, &f));
+  PetscCall(VecRestoreArrayRead(s->stokes->wall_force, &wall));
+  PetscCall(DLMPairingExpand(s->pairing, s->lambda, s->at_points));
+  PetscCall(DLMPairingSpread(s->pairing, 1.0, s->at_points, s->rhs));
+  if (s->uzawa) {
+    Vec p, work, x;
+    PetscCall(DLMStokesGetParts(s->stokes, s->fluid, &x, &p));
+    PetscCall(VecDuplicate(x, &work));
+    PetscCall(MatMult(s->stokes->BT, p, work));
+    PetscCall(VecGetArrayRead(work, &wall));
+    PetscCall(VecGetArray(s->rhs, &f));
+    for (PetscInt i = 0; i < n_u; i++) f[i] -= wall[i];
+    PetscCall(VecRestoreArray(s->rhs, &f));
+    PetscCall(VecRestoreArrayRead(work, &wall));
+    PetscCall(VecDestroy(&work));
+    PetscCall(DLMStokesRestoreParts(s->stokes, s->fluid, &x, &p));
+  }
+  PetscFunctionReturn(0);
+}
+
+/* Velocities, and the force, torque and stresslet of the fluid on each owned sphere: minus the moments of lambda. */
+static PetscErrorCode StoreResult(DLMSaddle s)
+{
+  const PetscInt     n_u = s->stokes->n_u, n_p = s->stokes->n_p;
+  const PetscScalar *x;
+  PetscScalar       *fluid;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecGetArrayRead(s->x, &x));
+  PetscCall(VecGetArray(s->fluid, &fluid));
+  PetscCall(PetscArraycpy(fluid, x, n_u));
+  for (PetscInt i = n_u; i < n_u + n_p; i++) fluid[i] = x[i] + (s->uzawa ? fluid[i] : 0.0);
+  PetscCall(VecRestoreArray(s->fluid, &fluid));
+  for (PetscInt i = 0; i < s->layout.n_local; i++) s->lambda[i] += x[n_u + n_p + i];
+  PetscCall(VecRestoreArrayRead(s->x, &x));
+  PetscCall(DLMPairingExpand(s->pairing, s->lambda, s->at_points));
+  for (PetscInt k = 0; k < s->spheres->n_owned; k++) {
+    const PetscInt   i     = s->spheres->owned[k];
+    DLMSphereState  *state = &s->spheres->state[i];
+    const PetscReal *U     = s->lambda + s->layout.rigid[i];
+    PetscReal        load[6] = { 0.0 }, moment[3][3] = { { 0.0 } };
+    for (PetscInt q = s->pairing->first[k]; q < s->pairing->first[k + 1]; q++) {
+      const PetscReal *r = s->pairing->markers.r + 3 * q, *lambda = s->at_points + 3 * q;
+      DLMRigidLoad(lambda, r, load);
+      for (int a = 0; a < 3; a++)
+        for (int b = 0; b < 3; b++) moment[a][b] += 0.5 * (r[a] * lambda[b] + r[b] * lambda[a]);
+    }
+    const PetscReal trace = (moment[0][0] + moment[1][1] + moment[2][2]) / 3.0;
+    for (int c = 0; c < 3; c++) {
+      if (!DLMRigidHeld(s->scene, i, c)) {
+        state->velocity_before[c] = state->velocity[c];
+        state->velocity[c]        = U[c];
+      }
+      if (!DLMRigidHeld(s->scene, i, c + 3)) {
+        state->omega_before[c] = state->omega[c];
+        state->omega[c]        = U[c + 3];
+      }
+      state->force[c]     = -load[c];
+      state->torque[c]    = -load[c + 3];
+      state->stresslet[c] = -(moment[c][c] - trace);
+    }
+    state->stresslet[3] = -moment[0][1];
+    state->stresslet[4] = -moment[0][2];
+    state->stresslet[5] = -moment[1][2];
+  }
+  PetscCall(DLMSpheresShare(s->spheres));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode SolveFluidAlone(DLMSaddle s, Vec body_force)
+{
+  Vec rhs, u;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecDuplicate(s->stokes->wall_force, &rhs));
+  PetscCall(VecCopy(s->stokes->wall_force, rhs));
+  if (body_force) {
+    PetscCall(DLMStokesGetParts(s->stokes, rhs, &u, NULL));
+    PetscCall(VecAXPY(u, 1.0, body_force));
+    PetscCall(DLMStokesRestoreParts(s->stokes, rhs, &u, NULL));
+  }
+  PetscCall(DLMStokesSolve(s->stokes, rhs, s->fluid));
+  PetscCall(VecDestroy(&rhs));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSaddleSolve(DLMSaddle s, DLMInertia inertia, const PetscReal *force, const PetscReal *torque, Vec body_force)
+{
+  KSPConvergedReason reason;
+  PetscInt           its;
+
+  PetscFunctionBeginUser;
+  if (!s->scene->n_spheres) {
+    PetscCall(SolveFluidAlone(s, body_force));
+    PetscFunctionReturn(0);
+  }
+  s->inertia = inertia;
+  PetscCall(UpdateLayout(s));
+  PetscCall(DLMBlocksUpdate(s->blocks, &s->layout, inertia.weight));
+  PetscCall(BalanceStart(s, force, torque));
+  PetscCall(SetRightHandSide(s, body_force));
+  PetscCall(KSPSolve(s->ksp, s->rhs, s->x));
+  PetscCall(KSPGetConvergedReason(s->bodies_ksp, &reason));
+  PetscCall(KSPGetIterationNumber(s->bodies_ksp, &its));
+  PetscCheck(reason > 0, s->scene->comm, PETSC_ERR_NOT_CONVERGED, "The bodies' solve (-saddle_fieldsplit_%s_) did not converge after %" PetscInt_FMT " iterations: %s",
+             s->uzawa ? "multipliers" : "bodies", its, KSPConvergedReasons[reason]);
+  s->work.solves++;
+  s->work.iterations += its;
+  s->work.last_iterations = its;
+  s->work.most_iterations = PetscMax(s->work.most_iterations, its);
+  s->work.blocks_built    = s->blocks->built;
+  PetscCall(StoreResult(s));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSaddleGetFluid(DLMSaddle s, Vec *x)
+{
+  PetscFunctionBeginUser;
+  *x = s->fluid;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSaddleGetWork(DLMSaddle s, DLMSaddleWork *work)
+{
+  PetscFunctionBeginUser;
+  *work = s->work;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSaddleView(DLMSaddle s, PetscViewer viewer)
+{
+  PetscFunctionBeginUser;
+  if (!s->scene->n_spheres) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "Bodies: none\n"));
+  } else if (s->uzawa) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "Bodies: Uzawa conjugate gradients on pressure and multipliers\n"));
+  } else {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "Bodies: conjugate gradients, dense blocks from impulse responses (near %" PetscInt_FMT ", far %" PetscInt_FMT " h)\n",
+                                     s->blocks->response->near, s->blocks->response->far));
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSaddleGetSlip(DLMSaddle s, PetscReal *slip)
+{
+  PetscReal    sum[2] = { 0.0, (PetscReal)s->layout.n_multipliers / 3.0 };
+  PetscScalar *v, *w;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc2(s->layout.n_multipliers, &v, s->layout.n_multipliers, &w));
+  PetscCall(DLMPairingInterpolate(s->pairing, s->fluid, s->at_points));
+  PetscCall(DLMPairingProject(s->pairing, s->at_points, v));
+  PetscCall(DLMSaddleRigidMotion(s, s->lambda + s->layout.n_multipliers, w));
+  PetscCall(DLMSaddleComply(s, s->lambda, w));
+  for (PetscInt i = 0; i < s->layout.n_multipliers; i++) sum[0] += PetscSqr(v[i] - w[i]);
+  PetscCall(PetscFree2(v, w));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, s->scene->comm));
+  *slip = sum[1] > 0.0 ? PetscSqrtReal(sum[0] / sum[1]) : 0.0;
+  PetscFunctionReturn(0);
+}

@@ -1,0 +1,168 @@
+/* The scene: made from the options database, shown, freed. */
+#include "sceneimpl.h"
+#include <petscviewer.h>
+
+static PetscErrorCode MakeSpheres(MPI_Comm comm, const DLMSceneDraft *draft, DLMScene *scene)
+{
+  PetscFunctionBeginUser;
+  DLMUserCheck(!draft->spheres_file[0] || !draft->n_centers, comm,
+               "-spheres_file %s and -sphere_centers are both given; allowed: one of them",
+               draft->spheres_file);
+  if (draft->spheres_file[0]) {
+    PetscCall(DLMSpheresReadCSV(comm, draft->spheres_file, &draft->sphere, &scene->n_spheres, &scene->spheres));
+    PetscFunctionReturn(0);
+  }
+  scene->n_spheres = draft->n_centers / 3;
+  PetscCall(PetscMalloc1(scene->n_spheres, &scene->spheres));
+  for (PetscInt i = 0; i < scene->n_spheres; i++) {
+    scene->spheres[i] = draft->sphere;
+    PetscCall(PetscArraycpy(scene->spheres[i].center, &draft->centers[3 * i], 3));
+  }
+  PetscFunctionReturn(0);
+}
+
+/* The TS reads these keys too: it has to see our defaults, not its own. */
+static PetscErrorCode ShowDefaultsToTS(void)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < DLMSceneKeyCount; i++) {
+    const DLMSceneKey *key = &DLMSceneKeys[i];
+    char               name[64];
+    PetscBool          given;
+
+    if (strcmp(key->name, "ts_dt") && strcmp(key->name, "ts_max_time") && strcmp(key->name, "ts_max_steps"))
+      continue;
+    PetscCall(PetscSNPrintf(name, sizeof(name), "-%s", key->name));
+    PetscCall(PetscOptionsHasName(NULL, NULL, name, &given));
+    if (given) continue;
+    PetscCall(PetscOptionsSetValue(NULL, name, key->preset));
+    PetscCall(PetscOptionsHasName(NULL, NULL, name, &given)); /* marks it as read */
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSceneCreate(MPI_Comm comm, DLMScene **scene)
+{
+  DLMSceneDraft *draft;
+  PetscBool      help;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsHasHelp(NULL, &help));
+  if (help) PetscCall(DLMScenePrintHelp(comm));
+  PetscCall(DLMSceneRefuseUnknown(comm));
+  PetscCall(PetscNew(&draft));
+  PetscCall(DLMSceneReadKeys(comm, draft));
+  PetscCall(PetscNew(scene));
+  **scene = draft->scene;
+  (*scene)->comm = comm;
+  PetscCall(PetscStrncpy((*scene)->source, DLMOptionsSource(), PETSC_MAX_PATH_LEN));
+  PetscCall(DLMSceneSetGrid(*scene));
+  PetscCall(MakeSpheres(comm, draft, *scene));
+  PetscCall(DLMSceneCheck(*scene));
+  PetscCall(ShowDefaultsToTS());
+  PetscCall(PetscFree(draft->centers));
+  PetscCall(PetscFree(draft));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSceneDestroy(DLMScene **scene)
+{
+  PetscFunctionBeginUser;
+  if (!*scene) PetscFunctionReturn(0);
+  PetscCall(PetscFree((*scene)->spheres));
+  PetscCall(PetscFree(*scene));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode ViewBox(const DLMScene *scene, PetscViewer viewer)
+{
+  const PetscReal *size = scene->box_size;
+  const PetscInt  *n = scene->cells;
+  const char      *kind[2] = {"walls", "periodic"}, *side[2] = {"lower", "upper"};
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscViewerASCIIPrintf(viewer, "box       %.6g x %.6g x %.6g; x1 %s, x2 %s, x3 %s\n", size[0],
+                                   size[1], size[2], kind[scene->box_periodic[0]], kind[scene->box_periodic[1]],
+                                   kind[scene->box_periodic[2]]));
+  PetscCall(PetscViewerASCIIPrintf(
+      viewer, "mesh      %" PetscInt_FMT " x %" PetscInt_FMT " x %" PetscInt_FMT " cells, h = %.6g\n", n[0],
+      n[1], n[2], scene->h));
+  for (int d = 0; d < 3; d++) {
+    for (int s = 0; s < 2 && !scene->box_periodic[d]; s++) {
+      const PetscReal *u = scene->wall_velocity[d][s];
+      PetscCall(PetscViewerASCIIPrintf(viewer, "wall      x%d %s: velocity %.6g,%.6g,%.6g\n", d + 1, side[s],
+                                       u[0], u[1], u[2]));
+    }
+  }
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode ViewFluid(const DLMScene *scene, PetscViewer viewer)
+{
+  const PetscReal *g = scene->gravity, *G = scene->pressure_gradient;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscViewerASCIIPrintf(viewer, "fluid     %s, viscosity %.6g, density %.6g\n",
+                                   DLMFluidModels[scene->fluid_model], scene->fluid_viscosity,
+                                   scene->fluid_density));
+  if (g[0] != 0 || g[1] != 0 || g[2] != 0)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "gravity   %.6g,%.6g,%.6g\n", g[0], g[1], g[2]));
+  if (G[0] != 0 || G[1] != 0 || G[2] != 0) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "pressure  mean gradient %.6g,%.6g,%.6g\n", G[0], G[1], G[2]));
+  }
+  PetscFunctionReturn(0);
+}
+
+static const char *AutoText(PetscReal value, char text[32])
+{
+  if (value == DLM_AUTO) snprintf(text, 32, "auto");
+  else snprintf(text, 32, "%.6g", value);
+  return text;
+}
+
+static PetscErrorCode ViewSpheres(const DLMScene *scene, PetscViewer viewer)
+{
+  const PetscInt n = scene->n_spheres, shown = n > 5 ? 4 : n;
+  char           first[32], second[32];
+
+  PetscFunctionBeginUser;
+  if (n == 0) {
+    PetscCall(PetscViewerASCIIPrintf(viewer, "spheres   none\n"));
+    PetscFunctionReturn(0);
+  }
+  PetscCall(PetscViewerASCIIPrintf(viewer, "spheres   %" PetscInt_FMT ", %s inertia\n", n,
+                                   scene->sphere_inertia ? "with" : "without"));
+  for (PetscInt i = 0; i < shown; i++) {
+    const DLMSphereSpec *s = &scene->spheres[i];
+    PetscCall(PetscViewerASCIIPrintf(
+        viewer, "  %-7" PetscInt_FMT " %s at %.6g,%.6g,%.6g, radius %.6g (%.3g h), density %.6g\n", i,
+        DLMMotions[s->motion], s->center[0], s->center[1], s->center[2], s->radius, s->radius / scene->h,
+        s->density));
+  }
+  if (shown < n) PetscCall(PetscViewerASCIIPrintf(viewer, "  ...     %" PetscInt_FMT " more\n", n - shown));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "pairing   %s, %s points, retraction %s, harmonics %s\n",
+                                   DLMPairingTypes[scene->pairing_type], DLMPointSets[scene->pairing_points],
+                                   AutoText(scene->pairing_retraction, first), AutoText(scene->pairing_degree, second)));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "contact   range %s, stiffness %s\n",
+                                   AutoText(scene->contact_range, first),
+                                   AutoText(scene->contact_stiffness, second)));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSceneView(const DLMScene *scene, PetscViewer viewer)
+{
+  PetscBool ascii;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
+  if (!ascii) PetscFunctionReturn(0);
+  PetscCall(PetscViewerASCIIPrintf(viewer, "scene     %s\n",
+                                   scene->source[0] ? scene->source : "from the command line"));
+  PetscCall(ViewBox(scene, viewer));
+  PetscCall(ViewFluid(scene, viewer));
+  PetscCall(ViewSpheres(scene, viewer));
+  PetscCall(
+      PetscViewerASCIIPrintf(viewer, "time      to %.6g in steps of %.6g\n", scene->ts_max_time, scene->ts_dt));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "output    %s\n", scene->output_dir));
+  PetscFunctionReturn(0);
+}

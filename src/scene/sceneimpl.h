@@ -1,0 +1,77 @@
+/* What the files of src/scene share. */
+#ifndef DLM_SCENEIMPL_H
+#define DLM_SCENEIMPL_H
+
+#include <dlmscene.h>
+
+/* The options as read, before spheres are made of them. */
+typedef struct {
+  DLMScene      scene;
+  DLMSphereSpec sphere; /* -sphere_...: the spheres of -sphere_centers, and the columns a file leaves out */
+  char          spheres_file[PETSC_MAX_PATH_LEN];
+  PetscInt      n_centers; /* numbers in -sphere_centers, 3 a sphere */
+  PetscReal    *centers;
+  PetscInt      ts_max_steps;
+  int           ts_split_scheme;
+} DLMSceneDraft;
+
+typedef enum {
+  DLM_KEY_BOOL,
+  DLM_KEY_BOOL3,
+  DLM_KEY_INT,
+  DLM_KEY_INT3,
+  DLM_KEY_REAL,
+  DLM_KEY_AUTO, /* a real number or the word auto */
+  DLM_KEY_REAL3,
+  DLM_KEY_REALS, /* any number of reals; the draft's centers */
+  DLM_KEY_WORD,  /* stored as an enum */
+  DLM_KEY_TEXT
+} DLMKeyType;
+
+typedef struct {
+  const char        *group, *name;
+  DLMKeyType         type;
+  const char        *preset; /* the default, as a user would write it */
+  size_t             offset; /* in DLMSceneDraft */
+  PetscReal          least, most;
+  const char *const *words; /* a PETSc enum list, for DLM_KEY_WORD */
+  const char        *unit, *help;
+} DLMSceneKey;
+
+extern const DLMSceneKey DLMSceneKeys[];
+extern const PetscInt    DLMSceneKeyCount;
+
+/* table.c: what a key allows, as words; the table as the text of -help */
+PETSC_INTERN void           DLMKeyAllowed(const DLMSceneKey *key, char text[], size_t size);
+PETSC_INTERN PetscErrorCode DLMScenePrintHelp(MPI_Comm comm);
+
+/* parse.c: strict readers of one value, false where the text is anything else (trailing text, nan, inf) */
+PETSC_INTERN PetscBool      DLMParseReal(const char text[], size_t length, PetscReal *value);
+PETSC_INTERN PetscInt       DLMWordCount(const char *const words[]);
+PETSC_INTERN PetscInt       DLMParseWord(const char text[], size_t length, const char *const words[]);
+PETSC_INTERN PetscErrorCode DLMSceneReadKeys(MPI_Comm comm, DLMSceneDraft *draft);
+
+/* unknown.c */
+PETSC_INTERN PetscErrorCode DLMSceneRefuseUnknown(MPI_Comm comm);
+PETSC_INTERN const char    *DLMNearest(const char name[], PetscInt n,
+                                       const char *(*candidate)(PetscInt)); /* or NULL */
+
+/* options_yaml.c: inserts the text of the file path, which a failure overwrites */
+PETSC_INTERN PetscErrorCode DLMInsertYaml(MPI_Comm comm, const char path[], char text[]);
+/* options_file.c */
+PETSC_INTERN char       *DLMLoadText(const char path[], char reason[],
+                                     size_t size); /* malloc'ed, or NULL and the reason */
+PETSC_INTERN const char *DLMOptionsSource(void);   /* the scene's file or "" */
+
+/* spheres_csv.c: the spheres of a file, in its order; the same on every rank. preset fills the absent columns.
+ */
+PETSC_INTERN PetscErrorCode DLMSpheresReadCSV(MPI_Comm comm, const char path[], const DLMSphereSpec *preset,
+                                              PetscInt *n, DLMSphereSpec *spheres[]);
+
+/* check.c: mesh of the box, then contradictions */
+PETSC_INTERN PetscErrorCode DLMSceneSetGrid(DLMScene *scene);
+PETSC_INTERN PetscErrorCode DLMSceneCheck(DLMScene *scene);
+/* overlap.c: refuses spheres that overlap, periodic images counted, in time O(number of spheres) */
+PETSC_INTERN PetscErrorCode DLMSceneCheckOverlap(const DLMScene *scene);
+
+#endif

@@ -1,0 +1,206 @@
+/* The table of keys: it drives reading, checking, -help and docs/options.md. */
+#include "sceneimpl.h"
+#include <float.h>
+#include <math.h>
+
+/* clang-format off */
+const char *const DLMMotions[]      = {"free", "rotate", "fixed", "DLMMotion", "DLM_MOTION_", NULL};
+const char *const DLMPairingTypes[] = {"collocation", "immersed", "DLMPairingType", "DLM_PAIRING_", NULL};
+const char *const DLMPointSets[]    = {"volume", "surface", "DLMPointSet", "DLM_POINTS_", NULL};
+const char *const DLMFluidModels[]  = {"newtonian", "DLMFluidModel", "DLM_FLUID_", NULL};
+static const char *const SplitSchemes[] = {"lie", "strang", "DLMSplitScheme", "DLM_SPLIT_", NULL};
+
+#define AT(field)    offsetof(DLMSceneDraft, field)
+#define WALL(axis, side) AT(scene.wall_velocity[axis][side])
+#define ANY          -INFINITY, INFINITY, NULL
+#define POSITIVE     DBL_MIN, INFINITY, NULL
+#define NOT_NEGATIVE 0, INFINITY, NULL
+#define BETWEEN(least, most) least, most, NULL
+#define ONE_OF(list) 0, 0, list
+
+const DLMSceneKey DLMSceneKeys[] = {
+  {"Box and mesh", "box_size", DLM_KEY_REAL3, "1,1,1", AT(scene.box_size), POSITIVE, "length",
+   "lengths of the box, which is centred at the origin"},
+  {"Box and mesh", "box_periodic", DLM_KEY_BOOL3, "1,1,0", AT(scene.box_periodic), ANY, "", "periodic axes; the others have walls"},
+  {"Box and mesh", "grid_resolution", DLM_KEY_REAL, "24", AT(scene.grid_resolution), POSITIVE, "cells/length",
+   "1/h; every box length must be an even number of cells"},
+  {"Box and mesh", "grid_processes", DLM_KEY_INT3, "0,0,0", AT(scene.grid_processes), NOT_NEGATIVE, "ranks",
+   "ranks per axis; 0: chosen by the program"},
+
+  {"Walls and driving", "wall_velocity_lower", DLM_KEY_REAL3, "0,0,0", WALL(2, 0), ANY, "velocity", "wall at the lower end of x3"},
+  {"Walls and driving", "wall_velocity_upper", DLM_KEY_REAL3, "0,0,0", WALL(2, 1), ANY, "velocity", "wall at the upper end of x3"},
+  {"Walls and driving", "wall_velocity_x1_lower", DLM_KEY_REAL3, "0,0,0", WALL(0, 0), ANY, "velocity", "wall at the lower end of x1"},
+  {"Walls and driving", "wall_velocity_x1_upper", DLM_KEY_REAL3, "0,0,0", WALL(0, 1), ANY, "velocity", "wall at the upper end of x1"},
+  {"Walls and driving", "wall_velocity_x2_lower", DLM_KEY_REAL3, "0,0,0", WALL(1, 0), ANY, "velocity", "wall at the lower end of x2"},
+  {"Walls and driving", "wall_velocity_x2_upper", DLM_KEY_REAL3, "0,0,0", WALL(1, 1), ANY, "velocity", "wall at the upper end of x2"},
+  {"Walls and driving", "gravity", DLM_KEY_REAL3, "0,0,0", AT(scene.gravity), ANY, "length/time^2", "acceleration of gravity"},
+  {"Walls and driving", "pressure_gradient", DLM_KEY_REAL3, "0,0,0", AT(scene.pressure_gradient), ANY, "pressure/length",
+   "mean pressure gradient: the fluid feels minus this as a body force"},
+
+  {"Fluid", "fluid_model", DLM_KEY_WORD, "newtonian", AT(scene.fluid_model), ONE_OF(DLMFluidModels), "", "what the fluid is"},
+  {"Fluid", "fluid_density", DLM_KEY_REAL, "1", AT(scene.fluid_density), NOT_NEGATIVE, "mass/length^3", "density, for buoyancy"},
+  {"Fluid", "fluid_viscosity", DLM_KEY_REAL, "1", AT(scene.fluid_viscosity), POSITIVE, "pressure time", "total viscosity at zero shear"},
+
+  {"Spheres", "spheres_file", DLM_KEY_TEXT, "", AT(spheres_file), ANY, "",
+   "CSV file, one sphere a row; looked for in the working directory, then beside the scene's file. "
+   "Columns x1,x2,x3 and optionally radius, density, motion, V1..V3, omega1..3, F1..F3, T1..T3"},
+  {"Spheres", "sphere_centers", DLM_KEY_REALS, "", AT(centers), ANY, "length", "centres x1,x2,x3,x1,x2,x3,... of equal spheres"},
+  {"Spheres", "sphere_radius", DLM_KEY_REAL, "0.1", AT(sphere.radius), POSITIVE, "length",
+   "radius, at least 1.2 h; like the keys below: for -sphere_centers and for columns absent from -spheres_file"},
+  {"Spheres", "sphere_density", DLM_KEY_REAL, "1", AT(sphere.density), POSITIVE, "mass/length^3", "density"},
+  {"Spheres", "sphere_motion", DLM_KEY_WORD, "free", AT(sphere.motion), ONE_OF(DLMMotions), "",
+   "free; rotate: the centre is held, rotation free; fixed: velocity and rotation are held"},
+  {"Spheres", "sphere_velocity", DLM_KEY_REAL3, "0,0,0", AT(sphere.velocity), ANY, "velocity", "initial velocity; a fixed sphere keeps it"},
+  {"Spheres", "sphere_omega", DLM_KEY_REAL3, "0,0,0", AT(sphere.omega), ANY, "1/time", "initial rotation; a fixed sphere keeps it"},
+  {"Spheres", "sphere_force", DLM_KEY_REAL3, "0,0,0", AT(sphere.force), ANY, "force", "external force, beside buoyancy"},
+  {"Spheres", "sphere_torque", DLM_KEY_REAL3, "0,0,0", AT(sphere.torque), ANY, "force length", "external torque"},
+  {"Spheres", "sphere_inertia", DLM_KEY_BOOL, "true", AT(scene.sphere_inertia), ANY, "", "keep M dV/dt and I domega/dt"},
+
+  {"Pairing of fluid and spheres", "pairing_type", DLM_KEY_WORD, "immersed", AT(scene.pairing_type), ONE_OF(DLMPairingTypes), "",
+   "how a multiplier sees the velocity: collocation, interpolated at its point; immersed, through a smoothed delta"},
+  {"Pairing of fluid and spheres", "pairing_points", DLM_KEY_WORD, "surface", AT(scene.pairing_points), ONE_OF(DLMPointSets), "",
+   "where the multipliers lie"},
+  {"Pairing of fluid and spheres", "pairing_spacing", DLM_KEY_AUTO, "auto", AT(scene.pairing_spacing), BETWEEN(0.4, 4), "h",
+   "distance between surface points; auto: 1 under harmonics, else 1.5"},
+  {"Pairing of fluid and spheres", "pairing_degree", DLM_KEY_AUTO, "auto", AT(scene.pairing_degree), BETWEEN(0, 12), "",
+   "surface multipliers are spherical harmonics up to this degree; 0: one at every point (thesis); "
+   "auto: by radius for immersed surface points, 0 where a retraction is given"},
+  {"Pairing of fluid and spheres", "pairing_compliance", DLM_KEY_AUTO, "auto", AT(scene.pairing_compliance), BETWEEN(0, 1e6), "h/viscosity",
+   "slip per traction allowed to harmonics beyond degree 1, which the pressure mesh resolves badly; auto: calibrated, 0: none"},
+  {"Pairing of fluid and spheres", "pairing_retraction", DLM_KEY_AUTO, "auto", AT(scene.pairing_retraction), BETWEEN(0, 2), "h",
+   "surface points lie this deep below the surface; auto: calibrated, 0: the thesis's method"},
+
+  {"Contact", "contact_range", DLM_KEY_AUTO, "auto", AT(scene.contact_range), NOT_NEGATIVE, "length",
+   "gap below which bodies repel; auto: h/8, 0: no repulsion"},
+  {"Contact", "contact_stiffness", DLM_KEY_AUTO, "auto", AT(scene.contact_stiffness), NOT_NEGATIVE, "force",
+   "repulsion at touching; auto: from shear and buoyancy"},
+
+  {"Time", "ts_dt", DLM_KEY_REAL, "0.02", AT(scene.ts_dt), POSITIVE, "time", "time step"},
+  {"Time", "ts_max_time", DLM_KEY_REAL, "1", AT(scene.ts_max_time), POSITIVE, "time", "end of the run"},
+  {"Time", "ts_max_steps", DLM_KEY_INT, "1000000000", AT(ts_max_steps), NOT_NEGATIVE, "steps", "most steps of the run"},
+  {"Time", "ts_split_scheme", DLM_KEY_WORD, "lie", AT(ts_split_scheme), ONE_OF(SplitSchemes), "",
+   "splitting scheme: lie, first order (thesis); strang, second order"},
+
+  {"Solvers", "saddle_rtol", DLM_KEY_REAL, "1e-6", AT(scene.saddle_rtol), BETWEEN(1e-14, 0.1), "", "relative tolerance of the bodies' solve"},
+  {"Solvers", "saddle_cluster_gap", DLM_KEY_REAL, "2", AT(scene.saddle_cluster_gap), NOT_NEGATIVE, "h",
+   "spheres closer than this share one dense block"},
+  {"Solvers", "saddle_cluster_limit", DLM_KEY_INT, "4000", AT(scene.saddle_cluster_limit), BETWEEN(1, 1000000), "unknowns",
+   "most unknowns of a dense block; larger clusters are cut"},
+  {"Solvers", "stokes_block_limit", DLM_KEY_REAL, "1024", AT(scene.stokes_block_limit), NOT_NEGATIVE, "MiB/rank",
+   "memory for the exact pressure solve; beyond it: conjugate gradients"},
+
+  {"Output", "output_dir", DLM_KEY_TEXT, "out", AT(scene.output_dir), ANY, "", "folder of everything the run leaves"},
+  {"Output", "output_every", DLM_KEY_INT, "1", AT(scene.output_every), BETWEEN(1, INFINITY), "steps", "steps between rows of trajectory.csv"},
+  {"Output", "output_fields_every", DLM_KEY_INT, "0", AT(scene.output_fields_every), NOT_NEGATIVE, "steps",
+   "steps between fields in fields.h5; 0: none"},
+  {"Output", "progress_every", DLM_KEY_REAL, "5", AT(scene.progress_every), NOT_NEGATIVE, "s", "seconds between progress lines"},
+};
+/* clang-format on */
+const PetscInt DLMSceneKeyCount = (PetscInt)(sizeof(DLMSceneKeys) / sizeof(DLMSceneKeys[0]));
+
+static void RangeText(const DLMSceneKey *key, char text[], size_t size)
+{
+  if (key->least == DBL_MIN) snprintf(text, size, " > 0");
+  else if (isfinite(key->least) && isfinite(key->most))
+    snprintf(text, size, " from %g to %g", key->least, key->most);
+  else if (isfinite(key->least)) snprintf(text, size, " >= %g", key->least);
+  else text[0] = '\0';
+}
+
+static void WordsText(const char *const words[], char text[], size_t size)
+{
+  PetscInt n = DLMWordCount(words);
+  size_t   used = 0;
+
+  for (PetscInt i = 0; i < n && used < size; i++) {
+    const char *separator = i == 0 ? "" : (i == n - 1 ? " or " : ", ");
+    used += (size_t)snprintf(text + used, size - used, "%s%s", separator, words[i]);
+  }
+}
+
+void DLMKeyAllowed(const DLMSceneKey *key, char text[], size_t size)
+{
+  char range[64];
+
+  RangeText(key, range, sizeof(range));
+  switch (key->type) {
+  case DLM_KEY_BOOL:
+    snprintf(text, size, "true or false");
+    break;
+  case DLM_KEY_BOOL3:
+    snprintf(text, size, "three of 0 or 1, as in 1,1,0");
+    break;
+  case DLM_KEY_INT:
+    snprintf(text, size, "an integer%s", range);
+    break;
+  case DLM_KEY_INT3:
+    snprintf(text, size, "three integers%s, as in 1,2,3", range);
+    break;
+  case DLM_KEY_REAL:
+    snprintf(text, size, "a number%s", range);
+    break;
+  case DLM_KEY_AUTO:
+    snprintf(text, size, "auto or a number%s", range);
+    break;
+  case DLM_KEY_REAL3:
+    snprintf(text, size, "three numbers%s, as in 1,2,3", range);
+    break;
+  case DLM_KEY_REALS:
+    snprintf(text, size, "numbers, three a sphere, as in 0,0,0,1,0,0");
+    break;
+  case DLM_KEY_WORD:
+    WordsText(key->words, text, size);
+    break;
+  case DLM_KEY_TEXT:
+    snprintf(text, size, "a path");
+    break;
+  }
+}
+
+PetscErrorCode DLMScenePrintHelp(MPI_Comm comm)
+{
+  const char *group = "";
+  char        allowed[128], preset[80];
+
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < DLMSceneKeyCount; i++) {
+    const DLMSceneKey *key = &DLMSceneKeys[i];
+
+    if (strcmp(group, key->group)) PetscCall(PetscPrintf(comm, "%s:\n", key->group));
+    group = key->group;
+    DLMKeyAllowed(key, allowed, sizeof(allowed));
+    PetscCall(PetscSNPrintf(preset, sizeof(preset), "-%s <%s>", key->name, key->preset));
+    PetscCall(PetscPrintf(comm, "  %-38s %s (%s%s%s)\n", preset, key->help, allowed, key->unit[0] ? "; " : "",
+                          key->unit));
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSceneWriteOptionsTable(FILE *file)
+{
+  const char *group = "";
+  char        allowed[128];
+
+  PetscFunctionBeginUser;
+  fprintf(file, "# Options of a scene\n\n"
+                "Written by `dlmfd -options_table` from the table in src/scene/table.c; do not edit.\n\n"
+                "A scene is a file, `dlmfd scene.yaml -ts_dt 0.01`: YAML, where nesting joins words (`box: "
+                "{size: [3, 2, 1]}` is\n"
+                "`box_size: [3, 2, 1]` is `-box_size 3,2,1`), or PETSc's plain form, one `-key value` a line. "
+                "More files follow\n"
+                "with `-options_file FILE`; a later file wins over an earlier one, and the command line wins "
+                "over all files.\n"
+                "Spheres are counted from 0. Units are any consistent system (the thesis uses CGS).\n");
+  for (PetscInt i = 0; i < DLMSceneKeyCount; i++) {
+    const DLMSceneKey *key = &DLMSceneKeys[i];
+
+    if (strcmp(group, key->group)) {
+      fprintf(file, "\n## %s\n\n| key | default | allowed | unit | meaning |\n|---|---|---|---|---|\n",
+              key->group);
+    }
+    group = key->group;
+    DLMKeyAllowed(key, allowed, sizeof(allowed));
+    fprintf(file, "| `-%s` | %s | %s | %s | %s |\n", key->name, key->preset, allowed, key->unit, key->help);
+  }
+  PetscFunctionReturn(0);
+}

@@ -1,0 +1,104 @@
+#include "../../include/private/simimpl.h"
+
+static PetscErrorCode CreateTS(DLMSimulation sim)
+{
+  PetscFunctionBegin;
+  PetscCall(DLMSplitRegister());
+  PetscCall(TSCreate(sim->scene->comm, &sim->ts));
+  PetscCall(TSSetType(sim->ts, TSSPLIT));
+  PetscCall(TSSetProblemType(sim->ts, TS_NONLINEAR));
+  PetscCall(TSSetTimeStep(sim->ts, sim->scene->ts_dt));
+  PetscCall(TSSetMaxTime(sim->ts, sim->scene->ts_max_time));
+  PetscCall(TSSetExactFinalTime(sim->ts, TS_EXACTFINALTIME_MATCHSTEP));
+  PetscCall(DLMSimulationAddSubsteps(sim));
+  PetscCall(DLMSplitSetState(sim->ts, DLMSimulationLoad, DLMSimulationStore, sim));
+  PetscCall(TSSetFromOptions(sim->ts));
+  PetscCall(TSSetSolution(sim->ts, sim->solution));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSimulationCreate(const DLMScene *scene, DLMSimulation *new_sim)
+{
+  DLMSimulation  sim;
+  PetscLogDouble now;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(&sim));
+  PetscCall(PetscTime(&sim->created));
+  sim->scene = scene;
+  PetscCall(DLMGridCreate(scene, &sim->grid));
+  PetscCall(DLMStokesCreate(sim->grid, scene, &sim->stokes));
+  if (scene->n_spheres) {
+    PetscCall(DLMSpheresCreate(sim->grid, scene, &sim->spheres));
+    PetscCall(DLMPairingCreate(sim->spheres, scene, &sim->pairing));
+    PetscCall(DLMContactCreate(scene, &sim->contact));
+    PetscCall(PetscCalloc3(3 * scene->n_spheres, &sim->start, 3 * scene->n_spheres, &sim->force, 3 * scene->n_spheres, &sim->torque));
+  }
+  PetscCall(DLMSaddleCreate(sim->stokes, sim->spheres, sim->pairing, scene, &sim->saddle));
+  PetscCall(DLMSimulationCreateSolution(sim));
+  PetscCall(CreateTS(sim));
+  PetscCall(PetscTime(&now));
+  sim->setup_seconds = now - sim->created;
+  *new_sim           = sim;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSimulationDestroy(DLMSimulation *pointer)
+{
+  DLMSimulation sim = *pointer;
+
+  PetscFunctionBeginUser;
+  if (!sim) PetscFunctionReturn(0);
+  PetscCall(DLMOutputDestroy(&sim->output));
+  PetscCall(TSDestroy(&sim->ts));
+  PetscCall(VecDestroy(&sim->solution));
+  PetscCall(DLMSaddleDestroy(&sim->saddle));
+  PetscCall(DLMPairingDestroy(&sim->pairing));
+  PetscCall(DLMSpheresDestroy(&sim->spheres));
+  PetscCall(DLMStokesDestroy(&sim->stokes));
+  PetscCall(DLMGridDestroy(&sim->grid));
+  PetscCall(PetscFree3(sim->start, sim->force, sim->torque));
+  PetscCall(PetscFree(*pointer));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSimulationView(DLMSimulation sim, PetscViewer viewer)
+{
+  const DLMScene *scene = sim->scene;
+
+  PetscFunctionBeginUser;
+  PetscCall(DLMStokesView(sim->stokes, viewer));
+  PetscCall(DLMSaddleView(sim->saddle, viewer));
+  if (sim->spheres) {
+    DLMCover cover;
+    PetscCall(DLMPairingGetCover(scene, scene->spheres[0].radius, &cover));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "Sphere 0: %" PetscInt_FMT " surface points at a - %.3g h, %" PetscInt_FMT " multipliers%s\n", cover.n_points,
+                                     (double)cover.retraction, cover.n_multipliers, cover.degree ? " (harmonics)" : ""));
+    if (sim->contact.exists)
+      PetscCall(PetscViewerASCIIPrintf(viewer, "Contact: range %.3g, stiffness %.3g\n", (double)sim->contact.range, (double)sim->contact.stiffness));
+    else PetscCall(PetscViewerASCIIPrintf(viewer, "Contact: none, no two bodies of this scene can meet\n"));
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSimulationSolve(DLMSimulation sim)
+{
+  PetscFunctionBeginUser;
+  PetscCall(DLMSimulationStart(sim));
+  PetscCall(DLMSimulationStore(sim, sim->solution));
+  PetscCall(DLMOutputCreate(sim, &sim->output));
+  PetscCall(TSSolve(sim->ts, sim->solution));
+  PetscCall(DLMOutputFinish(sim->output));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSimulationGetObjects(DLMSimulation sim, TS *ts, DLMGrid *grid, DLMStokes *stokes, DLMSpheres *spheres, DLMSaddle *saddle)
+{
+  PetscFunctionBeginUser;
+  if (ts) *ts = sim->ts;
+  if (grid) *grid = sim->grid;
+  if (stokes) *stokes = sim->stokes;
+  if (spheres) *spheres = sim->spheres;
+  if (saddle) *saddle = sim->saddle;
+  PetscFunctionReturn(0);
+}

@@ -1,0 +1,82 @@
+#include "../../include/dlmcontact.h"
+#include "../../include/private/spheresimpl.h"
+
+/* Largest viscous force of the wall-driven shear on a sphere, plus its net weight. */
+static PetscReal ForceScale(const DLMScene *scene, const DLMSphereSpec *spec)
+{
+  PetscReal shear = 0.0, gravity = 0.0, push = 0.0, pressure = 0.0;
+
+  for (int d = 0; d < 3; d++) {
+    PetscReal speed = 0.0;
+    for (int c = 0; c < 3; c++) speed += PetscSqr(scene->wall_velocity[d][1][c] - scene->wall_velocity[d][0][c]);
+    shear = PetscMax(shear, PetscSqrtReal(speed) / scene->box_size[d]);
+    gravity += PetscSqr(scene->gravity[d]);
+    push += PetscSqr(spec->force[d]);
+    pressure += PetscSqr(scene->pressure_gradient[d]);
+  }
+  const PetscReal a = spec->radius, volume = 4.0 / 3.0 * PETSC_PI * a * a * a;
+  return 6.0 * PETSC_PI * scene->fluid_viscosity * a * a * shear + PetscAbsReal(spec->density - scene->fluid_density) * volume * PetscSqrtReal(gravity) +
+         PetscSqrtReal(push) + volume * PetscSqrtReal(pressure);
+}
+
+PetscErrorCode DLMContactCreate(const DLMScene *scene, DLMContact *contact)
+{
+  PetscBool walls = PETSC_FALSE;
+  PetscInt  moving = 0;
+
+  PetscFunctionBeginUser;
+  for (int d = 0; d < 3; d++) walls = (PetscBool)(walls || !scene->box_periodic[d]);
+  for (PetscInt i = 0; i < scene->n_spheres; i++) moving += scene->spheres[i].motion == DLM_MOTION_FREE;
+  contact->largest   = 0.0;
+  contact->range     = scene->contact_range < 0.0 ? scene->h / 8.0 : scene->contact_range;
+  contact->stiffness = scene->contact_stiffness;
+  if (contact->stiffness < 0.0) {
+    contact->stiffness = 0.0;
+    for (PetscInt i = 0; i < scene->n_spheres; i++) contact->stiffness = PetscMax(contact->stiffness, 5.0 * ForceScale(scene, &scene->spheres[i]));
+  }
+  contact->exists = (PetscBool)(moving > 0 && (walls || scene->n_spheres > 1) && contact->range > 0.0 && contact->stiffness > 0.0);
+  PetscFunctionReturn(0);
+}
+
+static PetscReal Repulsion(const DLMContact *contact, PetscReal touching, PetscReal distance, PetscReal stiffness)
+{
+  const PetscReal overlap = (touching + contact->range - distance) / contact->range;
+
+  return overlap > 0.0 ? stiffness * overlap * overlap : 0.0;
+}
+
+PetscErrorCode DLMContactForces(DLMContact *contact, DLMSpheres spheres, PetscReal *force)
+{
+  DLMGrid  grid = spheres->grid;
+  PetscInt n, *pairs;
+
+  PetscFunctionBegin;
+  PetscCall(PetscArrayzero(force, 3 * spheres->n));
+  if (!contact->exists) PetscFunctionReturn(0);
+  PetscCall(DLMSpheresFindPairs(spheres, contact->range, &n, &pairs));
+  for (PetscInt k = 0; k < n; k++) {
+    const PetscInt  i = pairs[2 * k], j = pairs[2 * k + 1];
+    const PetscReal touching = spheres->scene->spheres[i].radius + spheres->scene->spheres[j].radius;
+    PetscReal       d[3], distance, f;
+    PetscCall(DLMSpheresSeparation(spheres, i, j, d));
+    distance = PetscSqrtReal(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    f        = Repulsion(contact, touching, distance, contact->stiffness);
+    for (int c = 0; c < 3; c++) {
+      force[3 * i + c] -= f * d[c] / distance;
+      force[3 * j + c] += f * d[c] / distance;
+    }
+    contact->largest = PetscMax(contact->largest, f);
+  }
+  PetscCall(PetscFree(pairs));
+  for (PetscInt i = 0; i < spheres->n; i++)
+    for (int d = 0; d < 3; d++) {
+      const PetscReal x = spheres->state[i].center[d] - grid->lower[d], touching = 2.0 * spheres->scene->spheres[i].radius;
+      PetscReal       lower, upper;
+      if (grid->periodic[d]) continue;
+      lower = Repulsion(contact, touching, 2.0 * x, 2.0 * contact->stiffness);
+      upper = Repulsion(contact, touching, 2.0 * (grid->cells[d] * grid->h - x), 2.0 * contact->stiffness);
+      force[3 * i + d] += lower - upper;
+      contact->largest = PetscMax(contact->largest, PetscMax(lower, upper));
+    }
+  PetscFunctionReturn(0);
+}

@@ -1,0 +1,183 @@
+#include "../../include/private/markers.h"
+#include <math.h>
+#include <stdlib.h>
+
+/*
+  Surface points come in orbits of the pyritohedral group (cyclic permutations and all sign changes, 24 elements): 6 points on the axes, 8 on
+  the diagonals, 12 on the coordinate planes, or 24. So the set is its own mirror image in every plane, in the centre and under the
+  permutations of the mesh, and its second moment is isotropic.
+*/
+enum { AXES = 6, DIAGONALS = 8, PLANES = 12, GENERAL = 24 };
+
+static const int specials[8][3] = { { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 }, { 1, 1, 0 }, { 1, 0, 1 }, { 0, 1, 1 }, { 1, 1, 1 } };
+
+static int SpecialCount(int k)
+{
+  return AXES * specials[k][0] + DIAGONALS * specials[k][1] + PLANES * specials[k][2];
+}
+
+/* Nearest number of points that orbits can make up, and which special orbits it takes. */
+static int NearestCount(double n, int *special)
+{
+  int best = 0;
+
+  for (int k = 0; k < 8; k++) {
+    const int general = (int)fmax(0.0, floor((n - SpecialCount(k)) / GENERAL + 0.5)), count = GENERAL * general + SpecialCount(k);
+    if (count < 12 || (best && fabs(count - n) >= fabs(best - n))) continue;
+    best     = count;
+    *special = k;
+  }
+  return best;
+}
+
+int DLMSurfaceCount(double r, double spacing)
+{
+  int special;
+
+  return NearestCount(fmax(12.0, 4.0 * M_PI * r * r / (spacing * spacing)), &special);
+}
+
+/* Writes the orbit of a generator of the given size. */
+static void FillOrbit(int size, const double g[3], double *x)
+{
+  int n = 0;
+
+  for (int c = 0; c < (size == DIAGONALS ? 1 : 3); c++)
+    for (int sign = 0; sign < 8; sign++) {
+      double p[3];
+      int    repeated = 0;
+      for (int d = 0; d < 3; d++) {
+        p[(d + c) % 3] = (sign >> d) & 1 ? -g[d] : g[d];
+        repeated |= ((sign >> d) & 1) && g[d] == 0.0;
+      }
+      if (repeated) continue;
+      for (int d = 0; d < 3; d++) x[3 * n + d] = p[d];
+      n++;
+    }
+}
+
+/* Tangential repulsion on point i from all others; returns its share of the energy. */
+static double Repulsion(int n, const double *x, int i, double force[3])
+{
+  double radial = 0.0, energy = 0.0;
+
+  force[0] = force[1] = force[2] = 0.0;
+  for (int k = 0; k < n; k++) {
+    double d[3], r2 = 0.0;
+    if (k == i) continue;
+    for (int c = 0; c < 3; c++) {
+      d[c] = x[3 * i + c] - x[3 * k + c];
+      r2 += d[c] * d[c];
+    }
+    r2 = fmax(r2, 1e-6);
+    energy += 1.0 / sqrt(r2);
+    for (int c = 0; c < 3; c++) force[c] += d[c] / (r2 * sqrt(r2));
+  }
+  for (int c = 0; c < 3; c++) radial += force[c] * x[3 * i + c];
+  for (int c = 0; c < 3; c++) force[c] -= radial * x[3 * i + c];
+  return energy;
+}
+
+static void Normalise(double g[3])
+{
+  const double norm = sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
+
+  for (int c = 0; c < 3; c++) g[c] /= norm;
+}
+
+/* Lets the generators drift apart; x holds the orbits one after the other. Returns the energy. */
+static double Relax(int n_orbits, const int *size, int n, double *x, int sweeps)
+{
+  double energy = 0.0;
+
+  for (int s = 0; s <= sweeps; s++) {
+    energy = 0.0;
+    for (int o = 0, at = 0; o < n_orbits; at += size[o++]) {
+      double force[3], g[3];
+      energy += size[o] * Repulsion(n, x, at, force);
+      if (s == sweeps || size[o] == AXES || size[o] == DIAGONALS) continue;
+      for (int c = 0; c < 3; c++) g[c] = x[3 * at + c] + 0.35 / pow(n, 1.5) * force[c]; /* n points repel with stiffness ~ n^(3/2) */
+      if (size[o] == PLANES) g[0] = 0.0;
+      Normalise(g);
+      FillOrbit(size[o], g, x + 3 * at);
+    }
+  }
+  return energy;
+}
+
+/* A start: fixed special generators, general ones scattered by a small generator of pseudo-random numbers. */
+static void Scatter(int n_orbits, const int *size, unsigned *seed, double *x)
+{
+  for (int o = 0, at = 0; o < n_orbits; at += size[o++]) {
+    double g[3] = { 1.0, 0.0, 0.0 };
+    for (int c = 0; c < 3 && size[o] >= PLANES; c++) {
+      *seed = 1664525u * *seed + 1013904223u;
+      g[c]  = 0.05 + (*seed >> 8) / 16777216.0;
+    }
+    if (size[o] == PLANES) g[0] = 0.0;
+    if (size[o] == DIAGONALS) g[1] = g[2] = 1.0;
+    Normalise(g);
+    FillOrbit(size[o], g, x + 3 * at);
+  }
+}
+
+void DLMSurfacePoints(int n, double *x)
+{
+  int      special, n_orbits = 0, *size = malloc(sizeof(int) * (n / GENERAL + 4));
+  double  *trial = malloc(sizeof(double) * 3 * n), best = INFINITY;
+  unsigned seed  = 1;
+
+  NearestCount(n, &special);
+  for (int left = n - SpecialCount(special); left > 0; left -= GENERAL) size[n_orbits++] = GENERAL;
+  if (specials[special][0]) size[n_orbits++] = AXES;
+  if (specials[special][1]) size[n_orbits++] = DIAGONALS;
+  if (specials[special][2]) size[n_orbits++] = PLANES;
+  /* about 10^8 pair evaluations at most, shared between starts and sweeps */
+  const double pairs  = (double)n_orbits * n;
+  const int    sweeps = (int)fmax(30.0, fmin(600.0, 2e7 / pairs)), starts = (int)fmax(1.0, fmin(24.0, 1e8 / (pairs * sweeps)));
+  for (int s = 0; s < starts; s++) {
+    Scatter(n_orbits, size, &seed, trial);
+    const double energy = Relax(n_orbits, size, n, trial, sweeps);
+    if (energy >= best) continue;
+    best = energy;
+    for (int i = 0; i < 3 * n; i++) x[i] = trial[i];
+  }
+  free(trial);
+  free(size);
+}
+
+/* Takes the components along the columns before out of a column, twice; returns its remaining norm. */
+static double Orthogonalise(int n, int columns, double *Q)
+{
+  double *q = Q + (long)columns * n, norm = 0.0;
+
+  for (int pass = 0; pass < 2; pass++)
+    for (int c = 0; c < columns; c++) {
+      double dot = 0.0;
+      for (int i = 0; i < n; i++) dot += Q[(long)c * n + i] * q[i];
+      for (int i = 0; i < n; i++) q[i] -= dot * Q[(long)c * n + i];
+    }
+  for (int i = 0; i < n; i++) norm += q[i] * q[i];
+  return sqrt(norm);
+}
+
+int DLMHarmonics(int n, const double *x, int degree, double *Q)
+{
+  int columns = 0;
+
+  /* monomials of degree l restricted to the sphere, z at most once: they span the harmonics of degree l beyond the lower ones */
+  for (int l = 0; l <= degree; l++)
+    for (int c = 0; c < 2; c++)
+      for (int a = 0; a <= l - c && columns < n; a++) {
+        double *q = Q + (long)columns * n, size = 0.0, rest;
+        for (int i = 0; i < n; i++) {
+          q[i] = pow(x[3 * i], a) * pow(x[3 * i + 1], l - c - a) * (c ? x[3 * i + 2] : 1.0);
+          size += q[i] * q[i];
+        }
+        rest = Orthogonalise(n, columns, Q);
+        if (rest < 1e-6 * sqrt(size)) continue;
+        for (int i = 0; i < n; i++) q[i] /= rest;
+        columns++;
+      }
+  return columns;
+}

@@ -1,0 +1,251 @@
+#include "../../include/private/stokesimpl.h"
+
+PetscErrorCode DLMStokesAttach(DLMStokes stokes, Mat mat)
+{
+  PetscContainer container;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscContainerCreate(PetscObjectComm((PetscObject)mat), &container));
+  PetscCall(PetscContainerSetPointer(container, stokes));
+  PetscCall(PetscObjectCompose((PetscObject)mat, "DLMStokes", (PetscObject)container));
+  PetscCall(PetscContainerDestroy(&container));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMStokesFromMat(Mat mat, DLMStokes *stokes)
+{
+  PetscContainer container;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectQuery((PetscObject)mat, "DLMStokes", (PetscObject *)&container));
+  PetscCheck(container, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG, "The matrix does not belong to a DLMStokes object");
+  PetscCall(PetscContainerGetPointer(container, (void **)stokes));
+  PetscFunctionReturn(0);
+}
+
+/* Solver options that hold unless the user sets them. */
+typedef struct {
+  const char *name, *exact, *fallback;
+} Default;
+
+static const Default fieldsplit_defaults[] = {
+  { "-stokes_fieldsplit_velocity_ksp_type", "preonly", "preonly" },
+  { "-stokes_fieldsplit_velocity_pc_type", PCDLMVELOCITY, PCDLMVELOCITY },
+  { "-stokes_fieldsplit_pressure_ksp_type", "preonly", "cg" },
+  { "-stokes_fieldsplit_pressure_ksp_rtol", NULL, "1e-10" },
+  { "-stokes_fieldsplit_pressure_pc_type", PCDLMPRESSURE, "jacobi" },
+};
+
+static PetscErrorCode InsertDefaults(PetscBool exact)
+{
+  PetscFunctionBegin;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(fieldsplit_defaults); i++) {
+    const char *value = exact ? fieldsplit_defaults[i].exact : fieldsplit_defaults[i].fallback;
+    PetscBool   set;
+    PetscCall(PetscOptionsHasName(NULL, NULL, fieldsplit_defaults[i].name, &set));
+    if (!set && value) PetscCall(PetscOptionsSetValue(NULL, fieldsplit_defaults[i].name, value));
+  }
+  PetscFunctionReturn(0);
+}
+
+/* A must be assembled for every velocity preconditioner but our own. */
+static PetscErrorCode NeedsAssembly(PetscBool *needs)
+{
+  const char *names[] = { "-stokes_fieldsplit_velocity_pc_type", "-saddle_fieldsplit_velocity_pc_type" };
+
+  PetscFunctionBegin;
+  *needs = PETSC_FALSE;
+  for (int i = 0; i < 2; i++) {
+    char      type[64] = "";
+    PetscBool set, ours;
+    PetscCall(PetscOptionsGetString(NULL, NULL, names[i], type, sizeof(type), &set));
+    PetscCall(PetscStrcmp(type, PCDLMVELOCITY, &ours));
+    if (set && !ours) *needs = PETSC_TRUE;
+  }
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode CreateParts(DLMStokes stokes)
+{
+  DLMGrid  grid = stokes->grid;
+  Vec      v;
+  PetscInt start, local = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(DMGetGlobalVector(grid->velocity, &v));
+  PetscCall(VecGetLocalSize(v, &stokes->n_u));
+  PetscCall(DMRestoreGlobalVector(grid->velocity, &v));
+  PetscCall(DMGetGlobalVector(grid->pressure, &v));
+  PetscCall(VecGetLocalSize(v, &stokes->n_p));
+  PetscCall(DMRestoreGlobalVector(grid->pressure, &v));
+  local = stokes->n_u + stokes->n_p;
+  PetscCallMPI(MPI_Exscan(&local, &start, 1, MPIU_INT, MPI_SUM, grid->comm));
+  PetscMPIInt rank;
+  PetscCallMPI(MPI_Comm_rank(grid->comm, &rank));
+  if (rank == 0) start = 0;
+  PetscCall(ISCreateStride(grid->comm, stokes->n_u, start, 1, &stokes->part[0]));
+  PetscCall(ISCreateStride(grid->comm, stokes->n_p, start + stokes->n_u, 1, &stokes->part[1]));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode CreateSolver(DLMStokes stokes)
+{
+  const PetscBool exact = (PetscBool)(stokes->box->pressure != NULL);
+  PetscBool       split;
+  PC              pc;
+
+  PetscFunctionBeginUser;
+  PetscCall(KSPCreate(stokes->grid->comm, &stokes->ksp));
+  PetscCall(KSPSetOptionsPrefix(stokes->ksp, "stokes_"));
+  PetscCall(KSPSetOperators(stokes->ksp, stokes->K, stokes->K));
+  PetscCall(KSPSetType(stokes->ksp, KSPPREONLY));
+  PetscCall(KSPSetTolerances(stokes->ksp, 1e-10, PETSC_DEFAULT, PETSC_DEFAULT, 1000));
+  PetscCall(KSPGetPC(stokes->ksp, &pc));
+  PetscCall(PCSetType(pc, exact ? PCDLMSTOKES : PCFIELDSPLIT));
+  PetscCall(KSPSetFromOptions(stokes->ksp));
+  PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCFIELDSPLIT, &split));
+  if (split) {
+    PetscCall(InsertDefaults(exact));
+    PetscCall(DLMStokesBuildPressureMass(stokes));
+    PetscCall(PCFieldSplitSetIS(pc, "velocity", stokes->part[0]));
+    PetscCall(PCFieldSplitSetIS(pc, "pressure", stokes->part[1]));
+    PetscCall(PCFieldSplitSetType(pc, PC_COMPOSITE_SCHUR));
+    PetscCall(PCFieldSplitSetSchurFactType(pc, PC_FIELDSPLIT_SCHUR_FACT_FULL));
+    PetscCall(PCFieldSplitSetSchurPre(pc, PC_FIELDSPLIT_SCHUR_PRE_USER, stokes->mass));
+    PetscCall(KSPSetFromOptions(stokes->ksp));
+  }
+  PetscCall(KSPSetUp(stokes->ksp));
+  if (split && stokes->viscous_dm) {
+    KSP *sub;
+    PetscCall(PCFieldSplitSchurGetSubKSP(pc, NULL, &sub));
+    PetscCall(KSPSetDM(sub[0], stokes->viscous_dm));
+    PetscCall(KSPSetDMActive(sub[0], PETSC_FALSE));
+    PetscCall(PetscFree(sub));
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMStokesCreate(DLMGrid grid, const DLMScene *scene, DLMStokes *new_stokes)
+{
+  DLMStokes stokes;
+  PetscBool assemble;
+
+  PetscFunctionBeginUser;
+  PetscCall(DLMStokesRegister());
+  PetscCall(PetscNew(&stokes));
+  stokes->grid      = grid;
+  stokes->viscosity = scene->fluid_viscosity;
+  PetscCall(CreateParts(stokes));
+  PetscCall(DLMBoxCreate(grid, stokes->viscosity, scene->stokes_block_limit, &stokes->box));
+  PetscCall(NeedsAssembly(&assemble));
+  PetscCall(DLMStokesBuildViscous(stokes, assemble));
+  PetscCall(DLMStokesBuildDivergence(stokes));
+  PetscCall(MatCreateNest(grid->comm, 2, stokes->part, 2, stokes->part, (Mat[]){ stokes->A, stokes->BT, stokes->B, NULL }, &stokes->K));
+  PetscCall(DLMStokesAttach(stokes, stokes->K));
+  PetscCall(DLMStokesBuildWallForce(stokes, scene));
+  PetscCall(CreateSolver(stokes));
+  *new_stokes = stokes;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMStokesDestroy(DLMStokes *pointer)
+{
+  DLMStokes stokes = *pointer;
+
+  PetscFunctionBeginUser;
+  if (!stokes) PetscFunctionReturn(0);
+  PetscCall(KSPDestroy(&stokes->ksp));
+  PetscCall(MatDestroy(&stokes->K));
+  PetscCall(MatDestroy(&stokes->BT));
+  PetscCall(MatDestroy(&stokes->B));
+  PetscCall(MatDestroy(&stokes->A));
+  PetscCall(MatDestroy(&stokes->mass));
+  PetscCall(DMDestroy(&stokes->viscous_dm));
+  PetscCall(VecDestroy(&stokes->wall_force));
+  PetscCall(ISDestroy(&stokes->part[0]));
+  PetscCall(ISDestroy(&stokes->part[1]));
+  PetscCall(PetscFree(stokes->runs));
+  PetscCall(DLMBoxDestroy(&stokes->box));
+  PetscCall(PetscFree(*pointer));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMStokesView(DLMStokes stokes, PetscViewer viewer)
+{
+  PetscReal bytes;
+  PCType    type;
+  PC        pc;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Allreduce(&stokes->box->schur_bytes, &bytes, 1, MPIU_REAL, MPIU_MAX, stokes->grid->comm));
+  PetscCall(KSPGetPC(stokes->ksp, &pc));
+  PetscCall(PCGetType(pc, &type));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "Stokes solver: %s; ", type));
+  if (stokes->box->pressure)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "exact pressure Schur complement, %.1f MiB of blocks per rank\n", (double)(bytes / 1048576.0)));
+  else if (stokes->box->velocity->is_complex)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "conjugate gradients on the pressure (exact blocks would need %.1f MiB per rank, over -stokes_block_limit)\n",
+                                     (double)(bytes / 1048576.0)));
+  else PetscCall(PetscViewerASCIIPrintf(viewer, "conjugate gradients on the pressure (fewer than two periodic axes)\n"));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMStokesGetOperators(DLMStokes stokes, Mat *K, Mat *A, Mat *B)
+{
+  PetscFunctionBeginUser;
+  if (K) *K = stokes->K;
+  if (A) *A = stokes->A;
+  if (B) *B = stokes->B;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMStokesGetKSP(DLMStokes stokes, KSP *ksp)
+{
+  PetscFunctionBeginUser;
+  *ksp = stokes->ksp;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMStokesCreateVec(DLMStokes stokes, Vec *x)
+{
+  PetscFunctionBeginUser;
+  PetscCall(VecCreateMPI(stokes->grid->comm, stokes->n_u + stokes->n_p, PETSC_DETERMINE, x));
+  PetscCall(VecZeroEntries(*x));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMStokesGetParts(DLMStokes stokes, Vec x, Vec *u, Vec *p)
+{
+  PetscFunctionBeginUser;
+  if (u) {
+    PetscCall(VecGetSubVector(x, stokes->part[0], u));
+  }
+  if (p) PetscCall(VecGetSubVector(x, stokes->part[1], p));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMStokesRestoreParts(DLMStokes stokes, Vec x, Vec *u, Vec *p)
+{
+  PetscFunctionBeginUser;
+  if (u) PetscCall(VecRestoreSubVector(x, stokes->part[0], u));
+  if (p) PetscCall(VecRestoreSubVector(x, stokes->part[1], p));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMStokesGetWallForce(DLMStokes stokes, Vec *rhs)
+{
+  PetscFunctionBeginUser;
+  *rhs = stokes->wall_force;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMStokesSolve(DLMStokes stokes, Vec rhs, Vec x)
+{
+  KSPConvergedReason reason;
+
+  PetscFunctionBeginUser;
+  PetscCall(KSPSolve(stokes->ksp, rhs, x));
+  PetscCall(KSPGetConvergedReason(stokes->ksp, &reason));
+  PetscCheck(reason >= 0, stokes->grid->comm, PETSC_ERR_NOT_CONVERGED, "The Stokes solve (-stokes_) did not converge: %s", KSPConvergedReasons[reason]);
+  PetscFunctionReturn(0);
+}

@@ -1,0 +1,12 @@
+# Tests that run the program or read what it leaves.
+find_program(DLM_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
+
+add_test(NAME badinput COMMAND ${DLM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/badinput/run.py $<TARGET_FILE:dlmfd>
+         ${PROJECT_SOURCE_DIR}/docs/options.md ${DLM_MPIRUN})
+set_tests_properties(badinput PROPERTIES LABELS badinput PROCESSORS 2 TIMEOUT 300)
+
+foreach(ranks 1 2 3)
+  set_tests_properties(unit.fieldsio.${ranks} PROPERTIES FIXTURES_SETUP fieldsio.${ranks})
+  add_test(NAME scenes.xdmf.${ranks} COMMAND ${DLM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenes/check_xdmf.py fieldsio_${ranks}/fields.xmf --steps 4)
+  set_tests_properties(scenes.xdmf.${ranks} PROPERTIES FIXTURES_REQUIRED fieldsio.${ranks})
+endforeach()

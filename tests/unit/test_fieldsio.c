@@ -1,0 +1,268 @@
+/*
+  Field files: known fields written in two steps and read back through HDF5; restart; messages. Leaves its files
+  in fieldsio_<ranks>/ for tests/scenes/check_xdmf.py.
+*/
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <cmocka.h>
+#include "private/dlmfieldsio.h"
+
+#define Call(expression) assert_int_equal(expression, 0)
+
+/* Unequal on purpose: a transposed axis cannot go unnoticed. x1, x2 periodic. */
+static const PetscInt  fine[3] = {8, 6, 5}, coarse[3] = {4, 3, 3};
+static const PetscBool periodic[3] = {PETSC_TRUE, PETSC_TRUE, PETSC_FALSE};
+static const PetscReal origin[3] = {-0.8, -0.6, -0.4}, h[3] = {0.2, 0.2, 0.2}, h2[3] = {0.4, 0.4, 0.4};
+static char            dir[64], message[512];
+static PetscMPIInt     rank;
+
+/* Component c at node (i, j, k): linear, all different. */
+static double Value(const PetscInt n[3], PetscInt i, PetscInt j, PetscInt k, PetscInt c, double time)
+{
+  return time + (i % n[0]) + 100.0 * (j % n[1]) + 10000.0 * k + 0.125 * c;
+}
+
+static void MakeDA(const PetscInt n[3], PetscInt dof, DM *da)
+{
+  Call(DMDACreate3d(PETSC_COMM_WORLD, DM_BOUNDARY_PERIODIC, DM_BOUNDARY_PERIODIC, DM_BOUNDARY_NONE,
+                    DMDA_STENCIL_BOX, n[0], n[1], n[2], PETSC_DECIDE, PETSC_DECIDE, PETSC_DECIDE, dof, 1, NULL,
+                    NULL, NULL, da));
+  Call(DMSetUp(*da));
+}
+
+static void WriteField(DLMFieldFile file, const char *mesh, const char *name, const PetscInt n[3], PetscInt dof,
+                       double time)
+{
+  DM              da;
+  Vec             v;
+  PetscInt        s[3], w[3];
+  PetscScalar ****a;
+
+  MakeDA(n, dof, &da);
+  Call(DMCreateGlobalVector(da, &v));
+  Call(DMDAGetCorners(da, &s[0], &s[1], &s[2], &w[0], &w[1], &w[2]));
+  Call(DMDAVecGetArrayDOF(da, v, &a));
+  for (PetscInt k = s[2]; k < s[2] + w[2]; k++)
+    for (PetscInt j = s[1]; j < s[1] + w[1]; j++)
+      for (PetscInt i = s[0]; i < s[0] + w[0]; i++)
+        for (PetscInt c = 0; c < dof; c++) a[k][j][i][c] = Value(n, i, j, k, c, time);
+  Call(DMDAVecRestoreArrayDOF(da, v, &a));
+  Call(DLMFieldFileWriteVec(file, mesh, name, da, v));
+  Call(VecDestroy(&v));
+  Call(DMDestroy(&da));
+}
+
+static void WriteStep(DLMFieldFile file, PetscInt step, double time)
+{
+  const PetscReal x[6] = {time, 1, 2, 3, 4, 5}, radius[2] = {0.1, 0.2}, V[6] = {1, 0, 0, -1, 0, 0},
+                  omega[6] = {0, 0.5, 0, 0, 0.5, 0};
+
+  Call(DLMFieldFileBeginStep(file, step, time));
+  WriteField(file, "velocity", "velocity", fine, 3, time);
+  WriteField(file, "velocity", "conformation", fine, 6, time);
+  WriteField(file, "pressure", "pressure", coarse, 1, time);
+  if (rank == 0) Call(DLMFieldFileWriteSpheres(file, 2, x, radius, V, omega));
+  else Call(DLMFieldFileWriteSpheres(file, 0, NULL, NULL, NULL, NULL));
+  Call(DLMFieldFileEndStep(file));
+}
+
+static void Open(PetscInt keep_through, DLMFieldFile *file)
+{
+  Call(DLMFieldFileCreate(PETSC_COMM_WORLD, dir, keep_through, file));
+  Call(DLMFieldFileAddMesh(*file, "velocity", fine, origin, h, periodic));
+  Call(DLMFieldFileAddMesh(*file, "pressure", coarse, origin, h2, periodic));
+}
+
+/* Serial read of a whole dataset; asserts its shape, given without trailing zeros. */
+static double *Read(hid_t h5, const char *path, hsize_t d0, hsize_t d1, hsize_t d2, hsize_t d3)
+{
+  hsize_t want[4] = {d0, d1, d2, d3}, dims[4] = {0, 0, 0, 0}, n = 1;
+  hid_t   data = H5Dopen2(h5, path, H5P_DEFAULT), space = H5Dget_space(data);
+  double *values;
+
+  assert_true(data >= 0);
+  H5Sget_simple_extent_dims(space, dims, NULL);
+  assert_memory_equal(dims, want, sizeof(dims));
+  for (int i = 0; i < 4 && dims[i]; i++) n *= dims[i];
+  values = malloc(n * sizeof(double));
+  assert_true(H5Dread(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0);
+  H5Sclose(space);
+  H5Dclose(data);
+  return values;
+}
+
+static void CheckField(hid_t h5, const char *path, const PetscInt n[3], PetscInt dof, double time)
+{
+  PetscInt m[3] = {n[0] + 1, n[1] + 1, n[2]};
+  double  *values = Read(h5, path, (hsize_t)m[2], (hsize_t)m[1], (hsize_t)m[0], dof == 1 ? 0 : (hsize_t)dof),
+         *v = values;
+
+  for (PetscInt k = 0; k < m[2]; k++)
+    for (PetscInt j = 0; j < m[1]; j++)
+      for (PetscInt i = 0; i < m[0]; i++)
+        for (PetscInt c = 0; c < dof; c++) assert_true(*v++ == Value(n, i, j, k, c, time));
+  free(values);
+}
+
+static void CheckStep(hid_t h5, PetscInt step, double time)
+{
+  char    path[64];
+  double  got;
+  double *x;
+  hid_t   attribute;
+
+  snprintf(path, sizeof(path), DLM_STEP_NAME, step);
+  attribute = H5Aopen_by_name(h5, path, "time", H5P_DEFAULT, H5P_DEFAULT);
+  assert_true(H5Aread(attribute, H5T_NATIVE_DOUBLE, &got) >= 0);
+  H5Aclose(attribute);
+  assert_true(got == time);
+  snprintf(path, sizeof(path), DLM_STEP_NAME "/velocity", step);
+  CheckField(h5, path, fine, 3, time);
+  snprintf(path, sizeof(path), DLM_STEP_NAME "/conformation", step);
+  CheckField(h5, path, fine, 6, time);
+  snprintf(path, sizeof(path), DLM_STEP_NAME "/pressure", step);
+  CheckField(h5, path, coarse, 1, time);
+  snprintf(path, sizeof(path), DLM_STEP_NAME "/spheres/center", step);
+  x = Read(h5, path, 2, 3, 0, 0);
+  assert_true(x[0] == time && x[5] == 5);
+  free(x);
+}
+
+static hid_t OpenSerially(void)
+{
+  char path[128];
+
+  snprintf(path, sizeof(path), "%s/fields.h5", dir);
+  return H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+}
+
+/* The text of fields.xmf, and how often it holds a word. */
+static char xmf[32768];
+
+static void ReadXmf(void)
+{
+  char  path[128];
+  FILE *in;
+
+  snprintf(path, sizeof(path), "%s/fields.xmf", dir);
+  in = fopen(path, "r");
+  assert_non_null(in);
+  xmf[fread(xmf, 1, sizeof(xmf) - 1, in)] = 0;
+  fclose(in);
+}
+
+static int CountInXmf(const char *word)
+{
+  int n = 0;
+
+  for (const char *at = xmf; (at = strstr(at, word)); at++) n++;
+  return n;
+}
+
+static void WritesWhatItWasGiven(void **state)
+{
+  DLMFieldFile file;
+
+  Open(-1, &file);
+  WriteStep(file, 0, 0.0);
+  WriteStep(file, 10, 0.2);
+  Call(DLMFieldFileDestroy(&file));
+  assert_null(file);
+  if (rank == 0) {
+    hid_t h5 = OpenSerially();
+    CheckStep(h5, 0, 0.0);
+    CheckStep(h5, 10, 0.2);
+    H5Fclose(h5);
+    ReadXmf();
+    assert_int_equal(CountInXmf("<Time "), 2);
+    assert_non_null(strstr(xmf, "<DataItem Dimensions=\"5 7 9 3\""));
+    assert_non_null(strstr(xmf, "<Topology TopologyType=\"3DCoRectMesh\" Dimensions=\"3 4 5\"/>"));
+  }
+}
+
+/* Two more steps, then a restart from step 20: step 30 goes, 0 to 20 stay, 40 is added; the XDMF text says the
+ * same. */
+static void ContinuesAfterARestart(void **state)
+{
+  DLMFieldFile file;
+
+  Open(10, &file);
+  WriteStep(file, 20, 0.4);
+  WriteStep(file, 30, 0.6);
+  Call(DLMFieldFileDestroy(&file));
+  Open(20, &file);
+  WriteStep(file, 20, 0.4);
+  WriteStep(file, 40, 0.8);
+  Call(DLMFieldFileDestroy(&file));
+  if (rank == 0) {
+    hid_t h5 = OpenSerially();
+    for (int step = 0; step <= 20; step += 10) CheckStep(h5, step, 0.02 * step);
+    CheckStep(h5, 40, 0.8);
+    assert_int_equal(H5Lexists(h5, "step_0000030", H5P_DEFAULT), 0);
+    H5Fclose(h5);
+    ReadXmf();
+    assert_int_equal(CountInXmf("<Time "), 4);
+    assert_int_equal(CountInXmf("Name=\"velocity\" AttributeType=\"Vector\""), 8);
+    assert_int_equal(CountInXmf("Tensor6"), 4);
+    assert_int_equal(CountInXmf("step_0000030"), 0);
+  }
+}
+
+static PetscErrorCode KeepMessage(MPI_Comm comm, int line, const char *function, const char *in,
+                                  PetscErrorCode code, PetscErrorType type, const char *text, void *context)
+{
+  if (type == PETSC_ERROR_INITIAL) snprintf(message, sizeof(message), "%s", text);
+  return code;
+}
+
+static void NamesWhatIsWrong(void **state)
+{
+  const PetscInt other[3] = {8, 6, 7};
+  DLMFieldFile   file;
+  DM             da;
+  Vec            v;
+
+  Call(PetscPushErrorHandler(KeepMessage, NULL));
+  assert_int_equal(DLMFieldFileCreate(PETSC_COMM_WORLD, "no/such/folder", -1, &file), PETSC_ERR_USER_INPUT);
+  assert_string_equal(message,
+                      "cannot create no/such/folder/fields.h5: does its folder exist, may it be written?");
+
+  Open(40, &file);
+  assert_int_equal(DLMFieldFileAddMesh(file, "velocity", other, origin, h, periodic), PETSC_ERR_USER_INPUT);
+  assert_non_null(strstr(message, "mesh velocity differs from the one in "));
+
+  MakeDA(other, 3, &da);
+  Call(DMCreateGlobalVector(da, &v));
+  assert_int_equal(DLMFieldFileWriteVec(file, "velocity", "u", da, v), PETSC_ERR_ARG_SIZ);
+  assert_string_equal(message, "Field u has 7 nodes along x3, mesh velocity has 5");
+  assert_int_equal(DLMFieldFileWriteVec(file, "stress", "u", da, v), PETSC_ERR_ARG_WRONG);
+  assert_string_equal(message, "Field u: no mesh named stress");
+  Call(PetscPopErrorHandler());
+  Call(VecDestroy(&v));
+  Call(DMDestroy(&da));
+  Call(DLMFieldFileDestroy(&file));
+}
+
+int main(int argc, char **argv)
+{
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(WritesWhatItWasGiven),
+      cmocka_unit_test(ContinuesAfterARestart),
+      cmocka_unit_test(NamesWhatIsWrong),
+  };
+  PetscMPIInt ranks;
+  int         failed;
+
+  if (PetscInitialize(&argc, &argv, NULL, NULL)) return 1;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+  snprintf(dir, sizeof(dir), "fieldsio_%d", ranks);
+  if (rank == 0) mkdir(dir, 0777);
+  MPI_Barrier(PETSC_COMM_WORLD);
+  failed = cmocka_run_group_tests(tests, NULL, NULL);
+  return PetscFinalize() || failed;
+}

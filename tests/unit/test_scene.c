@@ -1,0 +1,422 @@
+/* The scene: defaults, every key, options files and their order, the spheres' file, boxes of any size. */
+#include <dlmscene.h>
+#include <petsctime.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <setjmp.h>
+#include <stdint.h>
+#include <math.h>
+#include <cmocka.h>
+
+#define OK(call) assert_int_equal((int)(call), 0)
+
+enum { MAX_ARGUMENTS = 64 };
+
+static char folder[PETSC_MAX_PATH_LEN];
+
+static void PathOf(const char *name, char path[PETSC_MAX_PATH_LEN])
+{
+  snprintf(path, PETSC_MAX_PATH_LEN, "%s/%s", folder, name);
+}
+
+static void WriteFile(const char *name, const char *text)
+{
+  char        path[PETSC_MAX_PATH_LEN];
+  PetscMPIInt rank;
+
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  PathOf(name, path);
+  if (!rank) {
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    fputs(text, file);
+    fclose(file);
+  }
+}
+
+/* Makes a scene of the arguments, split at blanks; @name is the path of a file in the test's folder. */
+static DLMScene *Make(const char *line)
+{
+  static char copy[4096], paths[MAX_ARGUMENTS][PETSC_MAX_PATH_LEN];
+  char       *arguments[MAX_ARGUMENTS] = {"dlmfd"}, *save;
+  int         n = 1;
+  DLMScene   *scene = NULL;
+
+  snprintf(copy, sizeof(copy), "%s", line);
+  for (char *word = strtok_r(copy, " ", &save); word; word = strtok_r(NULL, " ", &save), n++) {
+    if (word[0] == '@') PathOf(word + 1, paths[n]);
+    arguments[n] = word[0] == '@' ? paths[n] : word;
+  }
+  OK(PetscOptionsClear(NULL));
+  OK(DLMOptionsInsert(PETSC_COMM_WORLD, n, arguments));
+  OK(DLMSceneCreate(PETSC_COMM_WORLD, &scene));
+  OK(DLMSceneCheckUnused(PETSC_COMM_WORLD));
+  return scene;
+}
+
+static void AssertVector(const PetscReal v[3], PetscReal a, PetscReal b, PetscReal c)
+{
+  assert_true(v[0] == a && v[1] == b && v[2] == c);
+}
+
+static void Defaults(void **state)
+{
+  DLMScene *s = Make("");
+  char      value[32];
+  PetscBool given;
+
+  AssertVector(s->box_size, 1, 1, 1);
+  assert_true(s->box_periodic[0] && s->box_periodic[1] && !s->box_periodic[2]);
+  assert_true(s->grid_resolution == 24 && s->h == 1. / 24);
+  assert_true(s->cells[0] == 24 && s->cells[1] == 24 && s->cells[2] == 24);
+  assert_int_equal(s->grid_processes[0] + s->grid_processes[1] + s->grid_processes[2], 0);
+  for (int d = 0; d < 3; d++) {
+    for (int side = 0; side < 2; side++) AssertVector(s->wall_velocity[d][side], 0, 0, 0);
+  }
+  AssertVector(s->gravity, 0, 0, 0);
+  AssertVector(s->pressure_gradient, 0, 0, 0);
+  assert_int_equal(s->fluid_model, DLM_FLUID_NEWTONIAN);
+  assert_true(s->fluid_density == 1 && s->fluid_viscosity == 1);
+  assert_int_equal(s->n_spheres, 0);
+  assert_true(s->sphere_inertia);
+  assert_int_equal(s->pairing_type, DLM_PAIRING_IMMERSED);
+  assert_int_equal(s->pairing_points, DLM_POINTS_SURFACE);
+  assert_true(s->pairing_spacing >= 0.5 && s->pairing_spacing <= 4);
+  assert_true(s->pairing_retraction == DLM_AUTO && s->contact_range == DLM_AUTO &&
+              s->contact_stiffness == DLM_AUTO);
+  assert_true(s->ts_dt == 0.02 && s->ts_max_time == 1);
+  assert_true(s->saddle_rtol == 1e-6 && s->saddle_cluster_gap == 2 && s->saddle_cluster_limit == 4000);
+  assert_true(s->stokes_block_limit == 1024 && s->progress_every == 5);
+  assert_true(s->output_every == 1 && s->output_fields_every == 0);
+  assert_string_equal(s->output_dir, "out");
+  assert_string_equal(s->source, "");
+  OK(PetscOptionsGetString(NULL, NULL, "-ts_dt", value, sizeof(value), &given)); /* as the TS will see it */
+  assert_true(given);
+  assert_string_equal(value, "0.02");
+  OK(PetscOptionsGetString(NULL, NULL, "-ts_max_time", value, sizeof(value), &given));
+  assert_string_equal(value, "1");
+  OK(PetscOptionsGetString(NULL, NULL, "-ts_max_steps", value, sizeof(value), &given));
+  assert_string_equal(value, "1000000000");
+  OK(DLMSceneDestroy(&s));
+}
+
+static void KeysOfBoxAndFluid(void **state)
+{
+  DLMScene *s =
+      Make("-box_size 2,1.5,0.5 -box_periodic no,0,off -grid_resolution 16 -grid_processes 0,0,0 "
+           "-wall_velocity_lower 1,2,0 -wall_velocity_upper -3,4,0 -wall_velocity_x1_lower 0,5,6 "
+           "-wall_velocity_x1_upper 0,7,8 -wall_velocity_x2_lower 9,0,10 -wall_velocity_x2_upper 11,0,12 "
+           "-gravity -980.665,0,1e-3 -pressure_gradient 1,2,3 -fluid_model newtonian -fluid_density 0.5 "
+           "-fluid_viscosity 2");
+
+  AssertVector(s->box_size, 2, 1.5, 0.5);
+  assert_true(!s->box_periodic[0] && !s->box_periodic[1] && !s->box_periodic[2]);
+  assert_true(s->cells[0] == 32 && s->cells[1] == 24 && s->cells[2] == 8);
+  AssertVector(s->wall_velocity[2][0], 1, 2, 0);
+  AssertVector(s->wall_velocity[2][1], -3, 4, 0);
+  AssertVector(s->wall_velocity[0][0], 0, 5, 6);
+  AssertVector(s->wall_velocity[0][1], 0, 7, 8);
+  AssertVector(s->wall_velocity[1][0], 9, 0, 10);
+  AssertVector(s->wall_velocity[1][1], 11, 0, 12);
+  AssertVector(s->gravity, -980.665, 0, 1e-3);
+  AssertVector(s->pressure_gradient, 1, 2, 3);
+  assert_true(s->fluid_density == 0.5 && s->fluid_viscosity == 2);
+  OK(DLMSceneDestroy(&s));
+}
+
+static void KeysOfSpheres(void **state)
+{
+  DLMScene *s =
+      Make("-sphere_centers 0.25,0,0,-0.25,0,0.1 -sphere_radius 0.125 -sphere_density 2 -sphere_motion FIXED "
+           "-sphere_velocity 1,2,3 -sphere_omega 4,5,6 -sphere_force 7,8,9 -sphere_torque 10,11,12 "
+           "-sphere_inertia false -pairing_type collocation -pairing_points volume -pairing_spacing 2 "
+           "-pairing_retraction 0.25 -contact_range 0 -contact_stiffness 3");
+
+  assert_int_equal(s->n_spheres, 2);
+  AssertVector(s->spheres[0].center, 0.25, 0, 0);
+  AssertVector(s->spheres[1].center, -0.25, 0, 0.1);
+  for (int i = 0; i < 2; i++) {
+    AssertVector(s->spheres[i].velocity, 1, 2, 3);
+    AssertVector(s->spheres[i].omega, 4, 5, 6);
+    AssertVector(s->spheres[i].force, 7, 8, 9);
+    AssertVector(s->spheres[i].torque, 10, 11, 12);
+    assert_true(s->spheres[i].radius == 0.125 && s->spheres[i].density == 2);
+    assert_int_equal(s->spheres[i].motion, DLM_MOTION_FIXED);
+  }
+  assert_false(s->sphere_inertia);
+  assert_int_equal(s->pairing_type, DLM_PAIRING_COLLOCATION);
+  assert_int_equal(s->pairing_points, DLM_POINTS_VOLUME);
+  assert_true(s->pairing_spacing == 2 && s->pairing_retraction == 0.25);
+  assert_true(s->contact_range == 0 && s->contact_stiffness == 3);
+  OK(DLMSceneDestroy(&s));
+}
+
+static void KeysOfTheRun(void **state)
+{
+  DLMScene *s =
+      Make("-ts_dt 1e-3 -ts_max_time 7 -ts_max_steps 12 -ts_split_scheme strang -saddle_rtol 1e-9 "
+           "-saddle_cluster_gap 0.5 -saddle_cluster_limit 900 -stokes_block_limit 64.5 -output_dir some/where "
+           "-output_every 3 -output_fields_every 10 -progress_every 0.5 -sphere_inertia");
+
+  assert_true(s->ts_dt == 1e-3 && s->ts_max_time == 7);
+  assert_true(s->saddle_rtol == 1e-9 && s->saddle_cluster_gap == 0.5 && s->saddle_cluster_limit == 900);
+  assert_true(s->stokes_block_limit == 64.5 && s->progress_every == 0.5);
+  assert_string_equal(s->output_dir, "some/where");
+  assert_true(s->output_every == 3 && s->output_fields_every == 10);
+  assert_true(s->sphere_inertia); /* a bare flag is true */
+  OK(DLMSceneDestroy(&s));
+}
+
+static void YamlEqualsPlainEqualsCommandLine(void **state)
+{
+  static const char *const lines[] = {"@same.yaml", "@same.opts",
+                                      "-box_size 3,2,1 -box_periodic 1,0,1 -grid_resolution 8 -sphere_radius "
+                                      "0.25 -sphere_centers 0.5,0,0,-0.5,0,0.25"};
+
+  WriteFile(
+      "same.yaml",
+      "# a comment\nbox: {size: [3, 2,1], periodic: [yes, no, true]}\ngrid:\n  resolution: 8 # cells\n"
+      "sphere:\n  radius: 0.25\n  centers:\n    - 0.5\n    - 0\n    - 0\n    - -0.5\n    - 0\n    - 0.25\n");
+  WriteFile("same.opts",
+            "# a comment\n-box_size 3,2,1\n  -box_periodic \"1, 0, 1\" # quoted\n\n-grid_resolution\t8\r\n"
+            "-prefix_push sphere_\n-radius 0.25\n-prefix_pop\n-sphere_centers 0.5,0,0,-0.5,0,0.25");
+  for (int i = 0; i < 3; i++) {
+    DLMScene *s = Make(lines[i]);
+
+    AssertVector(s->box_size, 3, 2, 1);
+    assert_true(s->box_periodic[0] && !s->box_periodic[1] && s->box_periodic[2]);
+    assert_int_equal(s->cells[0], 24);
+    assert_int_equal(s->n_spheres, 2);
+    AssertVector(s->spheres[1].center, -0.5, 0, 0.25);
+    assert_true(s->spheres[1].radius == 0.25);
+    if (i < 2) assert_non_null(strstr(s->source, lines[i] + 1));
+    OK(DLMSceneDestroy(&s));
+  }
+}
+
+static void LaterFilesWinAndTheCommandLineWinsOverAll(void **state)
+{
+  DLMScene *s;
+
+  WriteFile("a.yaml", "fluid: {viscosity: 2, density: 2}\nts: {dt: 0.5}\n");
+  WriteFile("b.opts", "-fluid_density 3\n-ts_dt 0.25\n");
+  s = Make("@a.yaml");
+  assert_true(s->fluid_viscosity == 2 && s->fluid_density == 2 && s->ts_dt == 0.5);
+  OK(DLMSceneDestroy(&s));
+  s = Make("@a.yaml -options_file @b.opts");
+  assert_true(s->fluid_viscosity == 2 && s->fluid_density == 3 && s->ts_dt == 0.25);
+  OK(DLMSceneDestroy(&s));
+  s = Make("-options_file @b.opts -options_file @a.yaml");
+  assert_true(s->fluid_density == 2 && s->ts_dt == 0.5);
+  OK(DLMSceneDestroy(&s));
+  s = Make("-ts_dt 0.125 -options_file @a.yaml -options_file @b.opts -fluid_viscosity 5");
+  assert_true(s->fluid_viscosity == 5 && s->fluid_density == 3 && s->ts_dt == 0.125);
+  OK(DLMSceneDestroy(&s));
+}
+
+static void CsvFillsAbsentColumnsFromOptions(void **state)
+{
+  DLMScene *s;
+
+  WriteFile("full.csv", "\xef\xbb\xbf# made by hand\n\nx3, x1, x2, "
+                        "radius,density,motion,V1,V2,V3,omega1,omega2,omega3,F1,F2,F3,T1,T2,T3\r\n"
+                        "0.25,0,0,0.1,1.5,free,1,2,3,4,5,6,7,8,9,10,11,12 # the first\n\n"
+                        " -0.25 , 0, 0, 0.2,2.5, rotate,0,0,0,4,5,6,7,8,9,10,11,12\n");
+  s = Make("-spheres_file @full.csv -sphere_radius 0.3");
+  assert_int_equal(s->n_spheres, 2);
+  AssertVector(s->spheres[0].center, 0, 0, 0.25);
+  AssertVector(s->spheres[0].velocity, 1, 2, 3);
+  AssertVector(s->spheres[0].omega, 4, 5, 6);
+  AssertVector(s->spheres[0].force, 7, 8, 9);
+  AssertVector(s->spheres[0].torque, 10, 11, 12);
+  assert_true(s->spheres[0].radius == 0.1 && s->spheres[0].density == 1.5);
+  assert_int_equal(s->spheres[0].motion, DLM_MOTION_FREE);
+  assert_true(s->spheres[1].radius == 0.2 && s->spheres[1].motion == DLM_MOTION_ROTATE);
+  OK(DLMSceneDestroy(&s));
+
+  WriteFile("bare.csv", "x1,x2,x3\n0,0,0\n");
+  s = Make("-spheres_file @bare.csv -sphere_radius 0.3 -sphere_density 4 -sphere_motion fixed -sphere_velocity "
+           "1,0,0");
+  assert_int_equal(s->n_spheres, 1);
+  assert_true(s->spheres[0].radius == 0.3 && s->spheres[0].density == 4 &&
+              s->spheres[0].motion == DLM_MOTION_FIXED);
+  AssertVector(s->spheres[0].velocity, 1, 0, 0);
+  OK(DLMSceneDestroy(&s));
+}
+
+static void CsvIsFoundBesideTheScene(void **state)
+{
+  DLMScene *s;
+
+  WriteFile("bare.csv", "x1,x2,x3\n0,0,0\n");
+  WriteFile("with_csv.yaml", "spheres_file: bare.csv\n");
+  s = Make("@with_csv.yaml");
+  assert_int_equal(s->n_spheres, 1);
+  OK(DLMSceneDestroy(&s));
+}
+
+/* Touching walls, each other and their own images, centres on faces: allowed at any scale, for decimal input.
+ */
+static void TouchingIsAllowedAtAnyScale(void **state)
+{
+  static const double scales[] = {1e-6, 1e-3, 1, 7.3, 1e3};
+  char                line[512];
+
+  for (int i = 0; i < 5; i++) {
+    double    L = scales[i];
+    DLMScene *s;
+
+    snprintf(line, sizeof(line),
+             "-box_size %.17g,%.17g,%.17g -grid_resolution %.17g -sphere_radius %.17g -sphere_centers "
+             "%.17g,0,%.17g,%.17g,0,%.17g,%.17g,0,%.17g",
+             L, L, L, 30 / L, 0.1 * L, 0.1 * L, 0.4 * L, -0.1 * L, 0.4 * L, 0.5 * L, -0.4 * L);
+    s = Make(line);
+    assert_true(s->cells[0] == 30 && s->cells[2] == 30);
+    assert_int_equal(s->n_spheres, 3);
+    OK(DLMSceneDestroy(&s));
+    snprintf(line, sizeof(line),
+             "-box_size %.17g,%.17g,%.17g -grid_resolution %.17g -sphere_radius %.17g -sphere_centers 0,0,0", L,
+             2 * L, 2 * L, 30 / L, 0.5 * L);
+    s = Make(line);
+    OK(DLMSceneDestroy(&s));
+  }
+}
+
+static PetscErrorCode Refuses(const char *text)
+{
+  DLMScene      *scene;
+  PetscErrorCode code;
+
+  OK(PetscOptionsClear(NULL));
+  OK(PetscOptionsInsertString(NULL, text));
+  OK(PetscPushErrorHandler(PetscReturnErrorHandler, NULL));
+  code = DLMSceneCreate(PETSC_COMM_WORLD, &scene);
+  OK(PetscPopErrorHandler());
+  return code;
+}
+
+/* One large sphere among small ones, in a random place: the cell lists agree with all pairs. */
+static void OverlapsAreFoundWhateverTheSizes(void **state)
+{
+  enum { N = 60 };
+  unsigned    seed = 1;
+  int         n_refused = 0;
+  static char csv[64 * N];
+  char        path[PETSC_MAX_PATH_LEN], line[2 * PETSC_MAX_PATH_LEN];
+
+  PathOf("random.csv", path);
+  snprintf(line, sizeof(line), "-grid_resolution 100 -spheres_file %s -box_periodic 1,0,1", path);
+  for (int trial = 0; trial < 40; trial++) {
+    double x[N][3], a[N];
+    int    used = 0, n = 0, overlap = 0;
+
+    for (int tries = 0; tries < 400 && n < 20 + trial;
+         tries++) { /* the last one goes in whether it overlaps or not */
+      a[n] = n == 0 ? 0.3 : 0.02 + 0.03 * (rand_r(&seed) / (double)RAND_MAX);
+      overlap = 0;
+      for (int d = 0; d < 3; d++)
+        x[n][d] = (rand_r(&seed) / (double)RAND_MAX - 0.5) * (d == 1 ? 1 - 2 * a[n] : 1);
+      for (int j = 0; j < n; j++) {
+        double square = 0;
+        for (int d = 0; d < 3; d++) {
+          double dx = x[n][d] - x[j][d];
+          if (d != 1) dx -= round(dx);
+          square += dx * dx;
+        }
+        overlap |= sqrt(square) < a[n] + a[j];
+      }
+      if (!overlap || n == 19 + trial) n++;
+    }
+    used = snprintf(csv, sizeof(csv), "x1,x2,x3,radius\n");
+    for (int i = 0; i < n; i++) {
+      used += snprintf(csv + used, sizeof(csv) - used, "%.12f,%.12f,%.12f,%.12f\n", x[i][0], x[i][1], x[i][2],
+                       a[i]);
+    }
+    MPI_Barrier(PETSC_COMM_WORLD);
+    WriteFile("random.csv", csv);
+    assert_int_equal(Refuses(line), overlap && n == 20 + trial ? PETSC_ERR_USER_INPUT : 0);
+    n_refused += overlap;
+  }
+  assert_in_range(n_refused, 5, 35); /* both answers were met */
+}
+
+static void ManySpheres(void **state)
+{
+  enum { M = 47 }; /* M^3 > 1e5 */
+  char           path[PETSC_MAX_PATH_LEN];
+  PetscMPIInt    rank;
+  PetscLogDouble start, end;
+  DLMScene      *s;
+
+  PathOf("many.csv", path);
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  if (!rank) {
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    fprintf(file, "x1,x2,x3,radius,density,motion\n");
+    for (int i = 0; i < M * M * M; i++) {
+      fprintf(file, "%.15g,%.15g,%.15g,0.5,1,free\n", i % M + 0.5 - M / 2., i / M % M + 0.5 - M / 2.,
+              i / M / M + 0.5 - M / 2.);
+    }
+    fclose(file);
+  }
+  OK(PetscTime(&start));
+  s = Make("-box_size 48,48,48 -grid_resolution 4 -spheres_file @many.csv");
+  OK(PetscTime(&end));
+  assert_int_equal(s->n_spheres, M * M * M);
+  assert_true(s->spheres[M * M * M - 1].center[2] == M / 2. - 0.5);
+  if (!rank) print_message("%d spheres read and checked in %.2f s\n", M * M * M, end - start);
+  assert_true(end - start < 10);
+  OK(DLMSceneDestroy(&s));
+}
+
+static int MakeFolder(void **state)
+{
+  PetscMPIInt rank;
+  char        path[PETSC_MAX_PATH_LEN] = "/tmp/test_scene_XXXXXX";
+
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  if (!rank && !mkdtemp(path)) return 1;
+  MPI_Bcast(path, PETSC_MAX_PATH_LEN, MPI_CHAR, 0, PETSC_COMM_WORLD);
+  memcpy(folder, path, sizeof(folder));
+  return 0;
+}
+
+static int RemoveFolder(void **state)
+{
+  static const char *const names[] = {"same.yaml", "same.opts", "a.yaml",        "b.opts",    "full.csv",
+                                      "bare.csv",  "many.csv",  "with_csv.yaml", "random.csv"};
+  PetscMPIInt              rank;
+  char                     path[PETSC_MAX_PATH_LEN];
+
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  MPI_Barrier(PETSC_COMM_WORLD);
+  for (int i = 0; !rank && i < 9; i++) {
+    PathOf(names[i], path);
+    remove(path);
+  }
+  return rank ? 0 : remove(folder);
+}
+
+int main(int argc, char **argv)
+{
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(Defaults),
+      cmocka_unit_test(KeysOfBoxAndFluid),
+      cmocka_unit_test(KeysOfSpheres),
+      cmocka_unit_test(KeysOfTheRun),
+      cmocka_unit_test(YamlEqualsPlainEqualsCommandLine),
+      cmocka_unit_test(LaterFilesWinAndTheCommandLineWinsOverAll),
+      cmocka_unit_test(CsvFillsAbsentColumnsFromOptions),
+      cmocka_unit_test(CsvIsFoundBesideTheScene),
+      cmocka_unit_test(TouchingIsAllowedAtAnyScale),
+      cmocka_unit_test(OverlapsAreFoundWhateverTheSizes),
+      cmocka_unit_test(ManySpheres),
+  };
+  int failures;
+
+  if (DLMInitialize(argc, argv, NULL)) return 1;
+  failures = cmocka_run_group_tests(tests, MakeFolder, RemoveFolder);
+  PetscFinalize();
+  return failures;
+}
