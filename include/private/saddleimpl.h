@@ -22,6 +22,7 @@ typedef struct {
   PetscReal *center;              /* where the spheres were when the block was built */
   PetscReal *factor;              /* Cholesky factor of S = Q^T J L J^T Q, column major, lower; NULL: unit matrix */
   PetscReal *R, *Y;               /* n x 6 n_spheres: Q^T of the rigid motions, and S^-1 R */
+  PetscBool  harmonic;            /* fewer multipliers than points */
   PetscReal *W;                   /* Cholesky factor of R^T S^-1 R + M/dt */
   PetscInt   start;               /* first entry in the gathered vector: multipliers, then rigid motions */
 } DLMBlock;

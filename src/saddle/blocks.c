@@ -125,7 +125,8 @@ static PetscErrorCode AssembleBlock(DLMBlocks *blocks, DLMBlock *b, const DLMMar
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(n * n, &points));
   PetscCall(AssemblePoints(blocks, m, sphere_of, points));
-  if (n == b->n) { /* as many multipliers as points: Q is the unit matrix */
+  b->harmonic = (PetscBool)(n != b->n);
+  if (!b->harmonic) { /* as many multipliers as points: Q is the unit matrix */
     b->factor = points;
     PetscFunctionReturn(0);
   }
@@ -253,25 +254,55 @@ static PetscErrorCode BuildBlock(DLMBlocks *blocks, DLMBlock *b)
   PetscFunctionReturn(0);
 }
 
-/* A block stays good while its spheres have moved, relative to the mesh, by less than this (in h). */
+/* A block stays good while its spheres have moved, against the mesh or (harmonics) against each other, by less than this (in h). */
 static const PetscReal stale_distance = 0.1;
 
+/*
+  Points feel where they lie in the mesh; harmonics average over it, so that only the spheres' places in the cluster matter, and the block of
+  a lone sphere lasts for the whole run.
+*/
 static PetscBool IsCurrent(const DLMBlocks *blocks, const DLMBlock *b, PetscInt n_spheres, const PetscInt *spheres, PetscInt n)
 {
-  const PetscReal most = blocks->plain || blocks->scene->pairing_points == DLM_POINTS_VOLUME ? 0.0 : stale_distance * blocks->scene->h;
+  const PetscBool inner = (PetscBool)(blocks->scene->pairing_points == DLM_POINTS_VOLUME);
+  const PetscReal most  = blocks->plain || inner ? 0.0 : stale_distance * blocks->scene->h;
+  PetscReal       common[3] = { 0.0, 0.0, 0.0 };
 
   if (b->n_spheres != n_spheres || b->n != n) return PETSC_FALSE;
+  for (int d = 0; d < 3 && b->harmonic; d++) common[d] = blocks->spheres->state[spheres[0]].center[d] - b->center[d];
   for (PetscInt s = 0; s < n_spheres; s++) {
     if (b->spheres[s] != spheres[s]) return PETSC_FALSE;
     for (int d = 0; d < 3; d++)
-      if (PetscAbsReal(b->center[3 * s + d] - blocks->spheres->state[spheres[s]].center[d]) > most) return PETSC_FALSE;
+      if (PetscAbsReal(blocks->spheres->state[spheres[s]].center[d] - b->center[3 * s + d] - common[d]) > most) return PETSC_FALSE;
   }
   return PETSC_TRUE;
+}
+
+/* A lone sphere takes over the factors of another of the same size. */
+static PetscErrorCode CopyTwin(DLMBlocks *blocks, PetscInt n_blocks, const DLMBlock *other, DLMBlock *b, PetscBool *copied)
+{
+  PetscFunctionBegin;
+  *copied = PETSC_FALSE;
+  for (PetscInt k = 0; k < n_blocks && !*copied; k++) {
+    const DLMBlock      *o = &other[k];
+    const DLMSphereSpec *spec = blocks->scene->spheres;
+    if (!o->harmonic || o->n_spheres != 1 || b->n_spheres != 1 || spec[o->spheres[0]].radius != spec[b->spheres[0]].radius ||
+        spec[o->spheres[0]].motion != spec[b->spheres[0]].motion)
+      continue;
+    PetscCall(PetscMalloc1(b->n * b->n, &b->factor));
+    PetscCall(PetscArraycpy(b->factor, o->factor, b->n * b->n));
+    PetscCall(PetscArraycpy(b->R, o->R, 6 * b->n));
+    PetscCall(PetscArraycpy(b->Y, o->Y, 6 * b->n));
+    PetscCall(PetscArraycpy(b->center, blocks->spheres->state[b->spheres[0]].center, 3));
+    b->harmonic = *copied = PETSC_TRUE;
+  }
+  PetscFunctionReturn(0);
 }
 
 /* Puts the block of a cluster at place k: an old one that is still current, or a new one. */
 static PetscErrorCode PlaceBlock(DLMBlocks *blocks, PetscInt n_old, DLMBlock *old, PetscInt n_spheres, const PetscInt *spheres, PetscInt n, DLMBlock *place)
 {
+  PetscBool copied;
+
   PetscFunctionBegin;
   PetscCall(PetscMemzero(place, sizeof(*place)));
   for (PetscInt k = 0; k < n_old; k++) {
@@ -285,7 +316,8 @@ static PetscErrorCode PlaceBlock(DLMBlocks *blocks, PetscInt n_old, DLMBlock *ol
   PetscCall(PetscCalloc5(n_spheres, &place->spheres, 3 * n_spheres, &place->center, 6 * n_spheres * n, &place->R, 6 * n_spheres * n, &place->Y,
                          36 * n_spheres * n_spheres, &place->W));
   PetscCall(PetscArraycpy(place->spheres, spheres, n_spheres));
-  PetscCall(BuildBlock(blocks, place));
+  PetscCall(CopyTwin(blocks, blocks->n, blocks->block, place, &copied));
+  if (!copied) PetscCall(BuildBlock(blocks, place));
   PetscFunctionReturn(0);
 }
 

@@ -61,7 +61,7 @@ const DLMSceneKey DLMSceneKeys[] = {
   {"Pairing of fluid and spheres", "pairing_points", DLM_KEY_WORD, "surface", AT(scene.pairing_points), ONE_OF(DLMPointSets), "",
    "where the multipliers lie"},
   {"Pairing of fluid and spheres", "pairing_spacing", DLM_KEY_AUTO, "auto", AT(scene.pairing_spacing), BETWEEN(0.4, 4), "h",
-   "distance between surface points; auto: 1 under harmonics, else 1.5"},
+   "distance between surface points; auto: 0.65 under harmonics, else 1.5"},
   {"Pairing of fluid and spheres", "pairing_degree", DLM_KEY_AUTO, "auto", AT(scene.pairing_degree), BETWEEN(0, 12), "",
    "surface multipliers are spherical harmonics up to this degree; 0: one at every point (thesis); "
    "auto: by radius for immersed surface points, 0 where a retraction is given"},

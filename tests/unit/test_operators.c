@@ -236,7 +236,7 @@ static double ViscousDifference(const StokesCase *c, const double *u, const doub
       for (i[0] = 0; i[0] < c->grid->nodes[0]; i[0]++)
         for (int d = 0; d < 3; d++, at++) {
           const PetscBool wall  = DLMGridOnWall(c->grid, i[0], i[1], i[2]);
-          const double    force = ViscousRow(c, w, i, d, PETSC_TRUE) - h3 * c->scene.pressure_gradient[d];
+          const double    force = wall ? 0.0 : ViscousRow(c, w, i, d, PETSC_TRUE) - h3 * c->scene.pressure_gradient[d];
           worst = fmax(worst, fabs(x[at] - (wall ? 6.0 * a * u[at] : ViscousRow(c, u, i, d, PETSC_FALSE))));
           worst = fmax(worst, fabs(f[at] - (wall ? 6.0 * a * w[at] : force)));
         }
