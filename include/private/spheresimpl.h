@@ -66,11 +66,16 @@ PETSC_INTERN void DLMPairingGetBox(DLMPairing pairing, PetscInt sphere, DLMNodeB
   Appends the points of any sphere, owned or not, at its present centre: surface points first, then inner nodes. near: the spheres that
   overlap it (2 n_pairs sphere numbers, pair by pair). Not collective.
 */
-PETSC_INTERN PetscErrorCode DLMMarkersAppend(DLMPairing pairing, PetscInt sphere, PetscInt n_pairs, const PetscInt *pairs, DLMMarkers *markers);
+PETSC_INTERN PetscErrorCode DLMMarkersAppend(DLMPairing pairing, PetscInt sphere, const DLMCover *cover, PetscInt n_pairs, const PetscInt *pairs, DLMMarkers *markers);
 PETSC_INTERN PetscErrorCode DLMMarkersReset(DLMMarkers *markers);
 PETSC_INTERN PetscErrorCode DLMMarkersDestroy(DLMMarkers *markers);
-/* Q of a sphere's surface points. Borrowed. */
-PETSC_INTERN PetscErrorCode DLMPairingGetPointSet(DLMPairing pairing, PetscInt sphere, const DLMPointSetData **set);
+/* The unit points of a cover, and their Q. Borrowed, until the next new cover. */
+PETSC_INTERN PetscErrorCode DLMPairingGetPointSet(DLMPairing pairing, const DLMCover *cover, const DLMPointSetData **set);
+/*
+  The cover that dense blocks are built from: the same harmonics on fewer points. A coefficient on n points stands for
+  sqrt(n_block / n) of it on the block's.
+*/
+PETSC_INTERN PetscErrorCode DLMPairingGetBlockCover(const DLMScene *scene, PetscReal radius, DLMCover *cover);
 /* Pairs of overlapping spheres, where the point set needs them; else none. Free with PetscFree. */
 PETSC_INTERN PetscErrorCode DLMPairingOverlaps(DLMPairing pairing, PetscInt *n, PetscInt **pairs);
 #endif

@@ -15,39 +15,26 @@ static PetscInt MostProcesses(DLMGrid grid, int d)
 /* Slabs along the line axis keep the plane transforms local; where they would be too thin, the other axes are cut too. */
 static PetscErrorCode ChooseProcesses(DLMGrid grid, const DLMScene *scene)
 {
-  PetscMPIInt size;
-  PetscInt    best = -1, axis[3] = { grid->line, (grid->line + 2) % 3, (grid->line + 1) % 3 };
+  const PetscInt *wanted = scene->grid_processes;
+  PetscMPIInt     size;
+  PetscInt        best = -1, axis[3] = { grid->line, (grid->line + 2) % 3, (grid->line + 1) % 3 };
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(grid->comm, &size));
-  if (scene->grid_processes[0] > 0) {
-    const PetscInt *p = scene->grid_processes;
-    DLMUserCheck(p[0] * p[1] * p[2] == size, grid->comm,
-                 "grid_processes: %" PetscInt_FMT ",%" PetscInt_FMT ",%" PetscInt_FMT " does not multiply to the %d ranks of this run",
-                 p[0], p[1], p[2], size);
-    for (int d = 0; d < 3; d++) {
-      DLMUserCheck(p[d] <= MostProcesses(grid, d), grid->comm,
-                   "grid_processes: %" PetscInt_FMT " ranks on axis x%d are too many for %" PetscInt_FMT
-                   " cells, at most %" PetscInt_FMT " are allowed",
-                   p[d], d + 1, grid->cells[d], MostProcesses(grid, d));
-      grid->processes[d] = p[d];
-    }
-    PetscFunctionReturn(0);
-  }
   for (PetscInt a = PetscMin(size, MostProcesses(grid, axis[0])); a >= 1; a--) {
     for (PetscInt b = PetscMin(size / a, MostProcesses(grid, axis[1])); b >= 1; b--) {
-      const PetscInt c = size / (a * b);
-      if (a * b * c != size || c > MostProcesses(grid, axis[2]) || best > 0) continue;
-      best                     = a;
-      grid->processes[axis[0]] = a;
-      grid->processes[axis[1]] = b;
-      grid->processes[axis[2]] = c;
+      const PetscInt c = size / (a * b), share[3] = { a, b, c };
+      PetscBool      fits = (PetscBool)(a * b * c == size && c <= MostProcesses(grid, axis[2]) && best < 0);
+      for (int d = 0; d < 3; d++) fits = (PetscBool)(fits && (!wanted[axis[d]] || wanted[axis[d]] == share[d]));
+      if (!fits) continue;
+      best = a;
+      for (int d = 0; d < 3; d++) grid->processes[axis[d]] = share[d];
     }
   }
   DLMUserCheck(best > 0, grid->comm,
-               "ranks: %d ranks cannot share a mesh of %" PetscInt_FMT " x %" PetscInt_FMT " x %" PetscInt_FMT
-               " cells, each needs at least 4 cells of an axis: use fewer ranks",
-               size, grid->cells[0], grid->cells[1], grid->cells[2]);
+               "grid_processes: %d ranks cannot share a mesh of %" PetscInt_FMT " x %" PetscInt_FMT " x %" PetscInt_FMT " cells as %" PetscInt_FMT ",%" PetscInt_FMT
+               ",%" PetscInt_FMT " (0: chosen), allowed: factors of %d, each rank with at least 4 cells of every axis",
+               size, grid->cells[0], grid->cells[1], grid->cells[2], wanted[0], wanted[1], wanted[2], size);
   PetscFunctionReturn(0);
 }
 

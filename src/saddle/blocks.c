@@ -84,15 +84,23 @@ static PetscErrorCode AssemblePoints(DLMBlocks *blocks, const DLMMarkers *m, con
   PetscFunctionReturn(0);
 }
 
-/* rows of x (points of each sphere, 3 components, m columns of leading dimension n) -> rows of y (its multipliers): y = Q^T x. */
+/*
+  Rows of x (the block's points of each sphere, 3 components, m columns of leading dimension n) -> rows of y (its multipliers): y = Q^T x, in
+  the scale of the sphere's own cover.
+*/
 static PetscErrorCode ProjectRows(DLMBlocks *blocks, const DLMBlock *b, const PetscInt *first, PetscInt m, const PetscReal *x, PetscInt n, PetscReal *y)
 {
   PetscInt to = 0;
 
   PetscFunctionBegin;
   for (PetscInt s = 0; s < b->n_spheres; s++) {
+    const PetscReal        radius = blocks->scene->spheres[b->spheres[s]].radius;
     const DLMPointSetData *set;
-    PetscCall(DLMPairingGetPointSet(blocks->pairing, b->spheres[s], &set));
+    DLMCover               cover, own_cover;
+    PetscCall(DLMPairingGetCover(blocks->scene, radius, &own_cover));
+    PetscCall(DLMPairingGetBlockCover(blocks->scene, radius, &cover));
+    PetscCall(DLMPairingGetPointSet(blocks->pairing, &cover, &set));
+    const PetscReal scale = PetscSqrtReal((PetscReal)own_cover.n_points / cover.n_points);
     const PetscInt carried = set->Q ? set->n : 0, columns = set->Q ? set->m : 0, own = first[s + 1] - first[s] - carried;
     for (PetscInt j = 0; j < m; j++) {
       const PetscReal *p = x + j * n + 3 * first[s];
@@ -101,7 +109,7 @@ static PetscErrorCode ProjectRows(DLMBlocks *blocks, const DLMBlock *b, const Pe
         PetscReal sum[3] = { 0.0, 0.0, 0.0 };
         for (PetscInt i = 0; i < carried; i++)
           for (int d = 0; d < 3; d++) sum[d] += set->Q[q * set->n + i] * p[3 * i + d];
-        for (int d = 0; d < 3; d++) c[3 * q + d] = sum[d];
+        for (int d = 0; d < 3; d++) c[3 * q + d] = scale * sum[d];
       }
       PetscCall(PetscArraycpy(c + 3 * columns, p + 3 * carried, 3 * own));
     }
@@ -139,7 +147,9 @@ static PetscErrorCode AssembleBlock(DLMBlocks *blocks, DLMBlock *b, const DLMMar
     DLMCover cover;
     PetscCall(DLMPairingGetCover(blocks->scene, blocks->scene->spheres[b->spheres[s]].radius, &cover));
     for (PetscInt i = 3 * DLM_STIFF_MULTIPLIERS; i < 3 * cover.n_multipliers; i++) b->factor[(to + i) * (b->n + 1)] += cover.compliance;
-    to += 3 * (cover.n_multipliers + first[s + 1] - first[s] - cover.n_points);
+    to += 3 * cover.n_multipliers; /* harmonics come with surface points only, or inner ones behind them */
+    PetscCall(DLMPairingGetBlockCover(blocks->scene, blocks->scene->spheres[b->spheres[s]].radius, &cover));
+    to += 3 * (first[s + 1] - first[s] - cover.n_points);
   }
   PetscCall(PetscFree2(half, turned));
   PetscCall(PetscFree(points));
@@ -225,6 +235,7 @@ static PetscErrorCode BuildBlock(DLMBlocks *blocks, DLMBlock *b)
 {
   const PetscInt m = 6 * b->n_spheres;
   DLMMarkers     markers = { 0 };
+  DLMCover       cover;
   PetscInt       n_pairs, *pairs, *first, *sphere_of;
 
   PetscFunctionBegin;
@@ -232,7 +243,8 @@ static PetscErrorCode BuildBlock(DLMBlocks *blocks, DLMBlock *b)
   PetscCall(DLMPairingOverlaps(blocks->pairing, &n_pairs, &pairs));
   for (PetscInt s = 0; s < b->n_spheres; s++) {
     first[s] = markers.n;
-    PetscCall(DLMMarkersAppend(blocks->pairing, b->spheres[s], n_pairs, pairs, &markers));
+    PetscCall(DLMPairingGetBlockCover(blocks->scene, blocks->scene->spheres[b->spheres[s]].radius, &cover));
+    PetscCall(DLMMarkersAppend(blocks->pairing, b->spheres[s], &cover, n_pairs, pairs, &markers));
     PetscCall(PetscArraycpy(b->center + 3 * s, blocks->spheres->state[b->spheres[s]].center, 3));
   }
   first[b->n_spheres] = markers.n;

@@ -28,6 +28,27 @@ static void Calibrated(PetscReal a, PetscReal *retraction, PetscReal *compliance
 /* Retraction of point multipliers, in h: where the drag of the same table is right on average. */
 static const PetscReal point_retraction[] = { [DLM_PAIRING_COLLOCATION] = 0.17, [DLM_PAIRING_IMMERSED] = 0.6 };
 
+/* Points for a spacing, more if they could not tell the harmonics apart. */
+static void CountPoints(PetscReal a, DLMCover *cover)
+{
+  cover->n_points = DLMSurfaceCount(a - cover->retraction, cover->spacing);
+  while (cover->degree && (cover->degree + 1) * (cover->degree + 1) > 0.6 * cover->n_points) {
+    cover->spacing *= 0.9;
+    cover->n_points = DLMSurfaceCount(a - cover->retraction, cover->spacing);
+  }
+  cover->n_multipliers = cover->degree ? (cover->degree + 1) * (cover->degree + 1) : cover->n_points;
+}
+
+PetscErrorCode DLMPairingGetBlockCover(const DLMScene *scene, PetscReal radius, DLMCover *cover)
+{
+  PetscFunctionBegin;
+  PetscCall(DLMPairingGetCover(scene, radius, cover));
+  if (!cover->degree) PetscFunctionReturn(0);
+  cover->spacing = PetscMax(cover->spacing, 1.25);
+  CountPoints(radius / scene->h, cover);
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode DLMPairingGetCover(const DLMScene *scene, PetscReal radius, DLMCover *cover)
 {
   const PetscBool smooth = (PetscBool)(scene->pairing_type == DLM_PAIRING_IMMERSED && scene->pairing_points == DLM_POINTS_SURFACE);
@@ -41,13 +62,8 @@ PetscErrorCode DLMPairingGetCover(const DLMScene *scene, PetscReal radius, DLMCo
     cover->degree = smooth && scene->pairing_retraction < 0.0 ? PetscMax(3, PetscMin(8, (PetscInt)(0.9 * a + 0.5))) : 0;
   cover->spacing    = scene->pairing_spacing >= 0.0 ? scene->pairing_spacing : (cover->degree ? 0.65 : 1.5);
   cover->retraction = scene->pairing_retraction >= 0.0 ? scene->pairing_retraction : (cover->degree ? retraction : point_retraction[scene->pairing_type]);
-  cover->n_points   = DLMSurfaceCount(a - cover->retraction, cover->spacing);
-  while (cover->degree && (cover->degree + 1) * (cover->degree + 1) > 0.6 * cover->n_points) {
-    cover->spacing *= 0.9; /* enough points to tell the harmonics apart */
-    cover->n_points = DLMSurfaceCount(a - cover->retraction, cover->spacing);
-  }
-  cover->n_multipliers = cover->degree ? (cover->degree + 1) * (cover->degree + 1) : cover->n_points;
-  cover->compliance    = 0.0;
+  CountPoints(a, cover);
+  cover->compliance = 0.0;
   if (cover->degree > 1) { /* a coefficient of Q is traction over the density of points */
     const PetscReal kappa = scene->pairing_compliance >= 0.0 ? scene->pairing_compliance : compliance, r = radius - cover->retraction * scene->h;
     cover->compliance     = kappa * scene->h / scene->fluid_viscosity * cover->n_points / (4.0 * PETSC_PI * r * r);

@@ -105,44 +105,78 @@ static double Relax(int n_orbits, const int *size, int n, double *x, int sweeps)
   return energy;
 }
 
-/* A start: fixed special generators, general ones scattered by a small generator of pseudo-random numbers. */
-static void Scatter(int n_orbits, const int *size, unsigned *seed, double *x)
+/* A start for orbit o of a given size: fixed special generators, general ones by the caller. */
+static void FillSpecial(int size, double *x)
 {
-  for (int o = 0, at = 0; o < n_orbits; at += size[o++]) {
-    double g[3] = { 1.0, 0.0, 0.0 };
-    for (int c = 0; c < 3 && size[o] >= PLANES; c++) {
-      *seed = 1664525u * *seed + 1013904223u;
-      g[c]  = 0.05 + (*seed >> 8) / 16777216.0;
+  double g[3] = { size == PLANES ? 0.0 : 1.0, size == AXES ? 0.0 : 1.0, size == AXES ? 0.0 : (size == PLANES ? 0.6 : 1.0) };
+
+  Normalise(g);
+  FillOrbit(size, g, x);
+}
+
+/* Points of a spiral over the whole sphere that fall into one cell of the group (x >= y, x >= z, all >= 0); returns how many. */
+static int SpiralCell(int n, int most, double *g)
+{
+  int found = 0;
+
+  for (int i = 0; i < n; i++) {
+    const double z = 1.0 - (2.0 * i + 1.0) / n, r = sqrt(1.0 - z * z), phi = M_PI * (3.0 - sqrt(5.0)) * i;
+    const double p[3] = { r * cos(phi), r * sin(phi), z };
+    if (p[1] <= 0.0 || p[2] <= 0.0 || p[0] < p[1] || p[0] < p[2]) continue;
+    if (found < most)
+      for (int c = 0; c < 3; c++) g[3 * found + c] = p[c];
+    found++;
+  }
+  return found;
+}
+
+/* Generators of the general orbits: from a spiral with the right number of points in the cell (start 0), else scattered. */
+static void Start(int start, int n_general, unsigned *seed, double *g)
+{
+  int found = -1;
+
+  for (int n = GENERAL * n_general - 40; start == 0 && n < GENERAL * n_general + 60; n++)
+    if (n > 0 && SpiralCell(n, 0, g) == n_general) {
+      found = SpiralCell(n, n_general, g);
+      break;
     }
-    if (size[o] == PLANES) g[0] = 0.0;
-    if (size[o] == DIAGONALS) g[1] = g[2] = 1.0;
-    Normalise(g);
-    FillOrbit(size[o], g, x + 3 * at);
+  for (int i = 0; found != n_general && i < n_general; i++) {
+    for (int c = 0; c < 3; c++) {
+      *seed        = 1664525u * *seed + 1013904223u;
+      g[3 * i + c] = 0.05 + (*seed >> 8) / 16777216.0;
+    }
+    Normalise(g + 3 * i);
   }
 }
 
 void DLMSurfacePoints(int n, double *x)
 {
   int      special, n_orbits = 0, *size = malloc(sizeof(int) * (n / GENERAL + 4));
-  double  *trial = malloc(sizeof(double) * 3 * n), best = INFINITY;
+  double  *trial = malloc(sizeof(double) * 3 * n), *g = malloc(sizeof(double) * (3 * (n / GENERAL) + 3)), best = INFINITY;
   unsigned seed  = 1;
 
   NearestCount(n, &special);
   for (int left = n - SpecialCount(special); left > 0; left -= GENERAL) size[n_orbits++] = GENERAL;
+  const int n_general = n_orbits;
   if (specials[special][0]) size[n_orbits++] = AXES;
   if (specials[special][1]) size[n_orbits++] = DIAGONALS;
   if (specials[special][2]) size[n_orbits++] = PLANES;
-  /* about 10^8 pair evaluations at most, shared between starts and sweeps */
+  /* about 10^7 pair evaluations, shared between starts and sweeps */
   const double pairs  = (double)n_orbits * n;
-  const int    sweeps = (int)fmax(30.0, fmin(600.0, 2e7 / pairs)), starts = (int)fmax(1.0, fmin(24.0, 1e8 / (pairs * sweeps)));
+  const int    sweeps = (int)fmax(40.0, fmin(600.0, 4e6 / pairs)), starts = (int)fmax(1.0, fmin(24.0, 1e7 / (pairs * sweeps)));
   for (int s = 0; s < starts; s++) {
-    Scatter(n_orbits, size, &seed, trial);
+    Start(s, n_general, &seed, g);
+    for (int o = 0, at = 0; o < n_orbits; at += size[o++]) {
+      if (o < n_general) FillOrbit(GENERAL, g + 3 * o, trial + 3 * at);
+      else FillSpecial(size[o], trial + 3 * at);
+    }
     const double energy = Relax(n_orbits, size, n, trial, sweeps);
     if (energy >= best) continue;
     best = energy;
     for (int i = 0; i < 3 * n; i++) x[i] = trial[i];
   }
   free(trial);
+  free(g);
   free(size);
 }
 

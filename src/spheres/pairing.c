@@ -117,11 +117,12 @@ static PetscErrorCode PlaceMarkers(DLMPairing pairing)
   PetscCall(DLMPairingOverlaps(pairing, &n_pairs, &pairs));
   PetscCall(DLMMarkersReset(m));
   for (PetscInt k = 0; k < pairing->n_boxes; k++) {
-    const DLMPointSetData *set;
+    const PetscInt sphere = pairing->spheres->owned[k];
+    DLMCover       cover;
     pairing->first[k] = m->n;
-    PetscCall(DLMMarkersAppend(pairing, pairing->spheres->owned[k], n_pairs, pairs, m));
-    PetscCall(DLMPairingGetPointSet(pairing, pairing->spheres->owned[k], &set));
-    pairing->first_multiplier[k + 1] = pairing->first_multiplier[k] + set->m + m->n - pairing->first[k] - set->n;
+    PetscCall(DLMPairingGetCover(pairing->scene, pairing->scene->spheres[sphere].radius, &cover));
+    PetscCall(DLMMarkersAppend(pairing, sphere, &cover, n_pairs, pairs, m));
+    pairing->first_multiplier[k + 1] = pairing->first_multiplier[k] + cover.n_multipliers + m->n - pairing->first[k] - cover.n_points;
   }
   pairing->first[pairing->n_boxes] = m->n;
   PetscCall(PetscFree(pairs));
@@ -213,7 +214,9 @@ static PetscErrorCode ApplyHarmonics(DLMPairing pairing, PetscBool expand, Petsc
     const DLMPointSetData *set;
     PetscScalar           *c = multipliers + 3 * pairing->first_multiplier[k], *p = points + 3 * pairing->first[k];
     PetscInt               carried; /* surface points with multipliers of their own come with the inner ones */
-    PetscCall(DLMPairingGetPointSet(pairing, pairing->spheres->owned[k], &set));
+    DLMCover               cover;
+    PetscCall(DLMPairingGetCover(pairing->scene, pairing->scene->spheres[pairing->spheres->owned[k]].radius, &cover));
+    PetscCall(DLMPairingGetPointSet(pairing, &cover, &set));
     carried = set->Q ? set->n : 0;
     const PetscInt inner = 3 * (pairing->first[k + 1] - pairing->first[k] - carried), columns = set->Q ? set->m : 0;
     if (expand) PetscCall(PetscArraycpy(p + 3 * carried, c + 3 * columns, inner));

@@ -1,20 +1,18 @@
 #include "../../include/private/spheresimpl.h"
 
-PetscErrorCode DLMPairingGetPointSet(DLMPairing pairing, PetscInt sphere, const DLMPointSetData **found)
+PetscErrorCode DLMPairingGetPointSet(DLMPairing pairing, const DLMCover *cover, const DLMPointSetData **found)
 {
   DLMPointSetData *set = NULL;
-  DLMCover         cover;
 
   PetscFunctionBegin;
-  PetscCall(DLMPairingGetCover(pairing->scene, pairing->scene->spheres[sphere].radius, &cover));
   for (PetscInt i = 0; i < pairing->n_sets; i++)
-    if (pairing->sets[i].n == cover.n_points && pairing->sets[i].degree == cover.degree) set = &pairing->sets[i];
+    if (pairing->sets[i].n == cover->n_points && pairing->sets[i].degree == cover->degree) set = &pairing->sets[i];
   if (!set) {
     PetscCall(PetscRealloc((pairing->n_sets + 1) * sizeof(*set), &pairing->sets));
     set         = &pairing->sets[pairing->n_sets++];
-    set->n      = cover.n_points;
-    set->m      = cover.n_multipliers;
-    set->degree = cover.degree;
+    set->n      = cover->n_points;
+    set->m      = cover->n_multipliers;
+    set->degree = cover->degree;
     set->Q      = NULL;
     PetscCall(PetscMalloc1(3 * set->n, &set->x));
     DLMSurfacePoints((int)set->n, set->x);
@@ -112,18 +110,15 @@ static PetscErrorCode AddLinearStencil(DLMGrid grid, const PetscReal x[3], DLMMa
   PetscFunctionReturn(0);
 }
 
-static PetscErrorCode AddSurfacePoints(DLMPairing pairing, PetscInt sphere, DLMMarkers *m)
+static PetscErrorCode AddSurfacePoints(DLMPairing pairing, PetscInt sphere, const DLMCover *cover, DLMMarkers *m)
 {
   DLMGrid                grid   = pairing->spheres->grid;
   const PetscReal        a      = pairing->scene->spheres[sphere].radius, *center = pairing->spheres->state[sphere].center;
   const DLMPointSetData *set = NULL;
-  PetscReal              radius;
-  DLMCover               cover;
+  const PetscReal        radius = a - cover->retraction * grid->h;
 
   PetscFunctionBegin;
-  PetscCall(DLMPairingGetCover(pairing->scene, a, &cover));
-  PetscCall(DLMPairingGetPointSet(pairing, sphere, &set));
-  radius = a - cover.retraction * grid->h;
+  PetscCall(DLMPairingGetPointSet(pairing, cover, &set));
   for (PetscInt k = 0; k < set->n; k++) {
     PetscReal r[3], x[3];
     for (int d = 0; d < 3; d++) {
@@ -194,10 +189,10 @@ PetscErrorCode DLMPairingOverlaps(DLMPairing pairing, PetscInt *n, PetscInt **pa
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode DLMMarkersAppend(DLMPairing pairing, PetscInt sphere, PetscInt n_pairs, const PetscInt *pairs, DLMMarkers *markers)
+PetscErrorCode DLMMarkersAppend(DLMPairing pairing, PetscInt sphere, const DLMCover *cover, PetscInt n_pairs, const PetscInt *pairs, DLMMarkers *markers)
 {
   PetscFunctionBegin;
-  PetscCall(AddSurfacePoints(pairing, sphere, markers));
+  PetscCall(AddSurfacePoints(pairing, sphere, cover, markers));
   if (pairing->scene->pairing_points == DLM_POINTS_VOLUME) PetscCall(AddInnerNodes(pairing, sphere, n_pairs, pairs, markers));
   PetscFunctionReturn(0);
 }

@@ -16,6 +16,11 @@ static int AxisPlace(DLMGrid grid, int d, PetscInt c)
   return c == 1 ? NEAR_LOWER : (c == n - 1 ? NEAR_UPPER : INSIDE);
 }
 
+static PetscInt NodePlace(DLMGrid grid, const PetscInt c[3])
+{
+  return AxisPlace(grid, 0, c[0]) + PLACES * (AxisPlace(grid, 1, c[1]) + PLACES * AxisPlace(grid, 2, c[2]));
+}
+
 /* Divergence row at pressure node c with its wall columns, or only them, left out. */
 static void PlaceRow(DLMGrid grid, const PetscInt c[3], PetscBool wall_columns, double row[3][125])
 {
@@ -51,23 +56,25 @@ static void RunsFromRow(double row[3][125], DLMRunList *list)
   }
 }
 
-static PetscErrorCode BuildRuns(DLMStokes stokes)
+/* Runs of every class of place on this rank, without the wall columns or with them alone. */
+static PetscErrorCode BuildRuns(DLMGrid grid, PetscBool wall_columns, DLMRunList **runs)
 {
-  DLMGrid  grid = stokes->grid;
   double   row[3][125];
   PetscInt start[3], width[3];
+  char     done[PLACES * PLACES * PLACES] = { 0 };
 
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(PLACES * PLACES * PLACES, &stokes->runs));
+  PetscCall(PetscCalloc1(PLACES * PLACES * PLACES, runs));
   PetscCall(DMDAGetCorners(grid->pressure, &start[0], &start[1], &start[2], &width[0], &width[1], &width[2]));
   for (PetscInt k = start[2]; k < start[2] + width[2]; k++)
     for (PetscInt j = start[1]; j < start[1] + width[1]; j++)
       for (PetscInt i = start[0]; i < start[0] + width[0]; i++) {
         const PetscInt c[3] = { i, j, k };
-        DLMRunList    *list = stokes->runs + AxisPlace(grid, 0, i) + PLACES * (AxisPlace(grid, 1, j) + PLACES * AxisPlace(grid, 2, k));
-        if (list->n) continue;
-        PlaceRow(grid, c, PETSC_FALSE, row);
-        RunsFromRow(row, list);
+        const PetscInt place = NodePlace(grid, c);
+        if (done[place]) continue;
+        done[place] = 1;
+        PlaceRow(grid, c, wall_columns, row);
+        RunsFromRow(row, *runs + place);
       }
   PetscFunctionReturn(0);
 }
@@ -92,13 +99,13 @@ static PetscErrorCode LoopSetUp(DLMGrid grid, Loop *l)
 }
 
 /* forward: p -= B u; else u -= B^T p. p is the global, u the local (ghosted) array. */
-static void ApplyRuns(const struct _p_DLMStokes *stokes, const Loop *l, PetscBool forward, double *u, double *p)
+static void ApplyRuns(DLMGrid grid, const DLMRunList *runs, const Loop *l, PetscBool forward, double *u, double *p)
 {
   for (PetscInt k = 0; k < l->width[2]; k++)
     for (PetscInt j = 0; j < l->width[1]; j++)
       for (PetscInt i = 0; i < l->width[0]; i++, p++) {
         const PetscInt    c[3]   = { l->start[0] + i, l->start[1] + j, l->start[2] + k };
-        const DLMRunList *list   = stokes->runs + AxisPlace(stokes->grid, 0, c[0]) + PLACES * (AxisPlace(stokes->grid, 1, c[1]) + PLACES * AxisPlace(stokes->grid, 2, c[2]));
+        const DLMRunList *list   = runs + NodePlace(grid, c);
         double           *center = u;
         double            sum    = 0.0;
         for (int d = 0; d < 3; d++) center += (2 * c[d] - l->ghost[d]) * l->stride[d];
@@ -129,7 +136,7 @@ static PetscErrorCode DivergenceMult(Mat mat, Vec u, Vec p)
   PetscCall(VecZeroEntries(p));
   PetscCall(VecGetArray(local, &x));
   PetscCall(VecGetArray(p, &y));
-  ApplyRuns(stokes, &loop, PETSC_TRUE, x, y);
+  ApplyRuns(stokes->grid, stokes->runs, &loop, PETSC_TRUE, x, y);
   PetscCall(VecRestoreArray(p, &y));
   PetscCall(VecRestoreArray(local, &x));
   PetscCall(DMRestoreLocalVector(stokes->grid->velocity, &local));
@@ -151,7 +158,7 @@ static PetscErrorCode DivergenceMultTranspose(Mat mat, Vec p, Vec u)
   PetscCall(VecZeroEntries(u));
   PetscCall(VecGetArray(local, &x));
   PetscCall(VecGetArrayRead(p, (const PetscScalar **)&y));
-  ApplyRuns(stokes, &loop, PETSC_FALSE, x, y);
+  ApplyRuns(stokes->grid, stokes->runs, &loop, PETSC_FALSE, x, y);
   PetscCall(VecRestoreArrayRead(p, (const PetscScalar **)&y));
   PetscCall(VecRestoreArray(local, &x));
   PetscCall(DMLocalToGlobal(stokes->grid->velocity, local, ADD_VALUES, u));
@@ -162,7 +169,7 @@ static PetscErrorCode DivergenceMultTranspose(Mat mat, Vec p, Vec u)
 PetscErrorCode DLMStokesBuildDivergence(DLMStokes stokes)
 {
   PetscFunctionBeginUser;
-  PetscCall(BuildRuns(stokes));
+  PetscCall(BuildRuns(stokes->grid, PETSC_FALSE, &stokes->runs));
   PetscCall(MatCreateShell(stokes->grid->comm, stokes->n_p, stokes->n_u, PETSC_DETERMINE, PETSC_DETERMINE, stokes, &stokes->B));
   PetscCall(MatShellSetOperation(stokes->B, MATOP_MULT, (void (*)(void))DivergenceMult));
   PetscCall(MatShellSetOperation(stokes->B, MATOP_MULT_TRANSPOSE, (void (*)(void))DivergenceMultTranspose));
@@ -170,31 +177,18 @@ PetscErrorCode DLMStokesBuildDivergence(DLMStokes stokes)
   PetscFunctionReturn(0);
 }
 
-/* Adds (B w) over the wall columns, w the wall velocity as a ghosted array, to g. */
-static PetscErrorCode AddWallFlux(DLMStokes stokes, const PetscScalar *w, PetscScalar *g)
+/* g <- B w over the wall columns, w the wall velocity as a ghosted array. */
+static PetscErrorCode SetWallFlux(DLMStokes stokes, PetscScalar *w, PetscScalar *g)
 {
-  Loop   l;
-  double row[3][125];
+  DLMRunList *runs;
+  Loop        loop;
 
   PetscFunctionBeginUser;
-  PetscCall(LoopSetUp(stokes->grid, &l));
-  for (PetscInt k = l.start[2]; k < l.start[2] + l.width[2]; k++)
-    for (PetscInt j = l.start[1]; j < l.start[1] + l.width[1]; j++)
-      for (PetscInt i = l.start[0]; i < l.start[0] + l.width[0]; i++, g++) {
-        const PetscInt c[3]    = { i, j, k };
-        PetscBool      touches = PETSC_FALSE;
-        for (int d = 0; d < 3; d++) touches = (PetscBool)(touches || AxisPlace(stokes->grid, d, c[d]) != INSIDE);
-        if (!touches) continue;
-        PlaceRow(stokes->grid, c, PETSC_TRUE, row);
-        for (int q = 0; q < 125; q++) {
-          PetscInt at = 0;
-          if (row[0][q] == 0.0 && row[1][q] == 0.0 && row[2][q] == 0.0) continue;
-          at += (2 * i + q % 5 - 2 - l.ghost[0]) * l.stride[0];
-          at += (2 * j + (q / 5) % 5 - 2 - l.ghost[1]) * l.stride[1];
-          at += (2 * k + q / 25 - 2 - l.ghost[2]) * l.stride[2];
-          for (int c3 = 0; c3 < 3; c3++) *g += row[c3][q] * w[at + c3];
-        }
-      }
+  PetscCall(LoopSetUp(stokes->grid, &loop));
+  PetscCall(BuildRuns(stokes->grid, PETSC_TRUE, &runs));
+  ApplyRuns(stokes->grid, runs, &loop, PETSC_TRUE, w, g);
+  for (PetscInt i = 0; i < stokes->n_p; i++) g[i] = -g[i];
+  PetscCall(PetscFree(runs));
   PetscFunctionReturn(0);
 }
 
@@ -279,7 +273,7 @@ PetscErrorCode DLMStokesBuildWallForce(DLMStokes stokes, const DLMScene *scene)
   PetscCall(DMDAVecRestoreArrayDOF(dm, local, &w));
   PetscCall(VecGetArray(local, &flat));
   PetscCall(VecGetArray(g, &y));
-  PetscCall(AddWallFlux(stokes, flat, y));
+  PetscCall(SetWallFlux(stokes, flat, y));
   PetscCall(VecRestoreArray(g, &y));
   PetscCall(VecRestoreArray(local, &flat));
   PetscCall(DMRestoreLocalVector(dm, &local));

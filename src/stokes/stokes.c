@@ -239,13 +239,35 @@ PetscErrorCode DLMStokesGetWallForce(DLMStokes stokes, Vec *rhs)
   PetscFunctionReturn(0);
 }
 
+/*
+  Why a solve is no good, or a positive reason. KSPPREONLY does not see that an inner solve of PCFIELDSPLIT ran out of iterations;
+  an outer Krylov method that checks its own residual may live with it.
+*/
+static PetscErrorCode GetReason(KSP ksp, KSPConvergedReason *reason)
+{
+  PetscBool unchecked, split;
+  KSP      *sub;
+  PC        pc;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetConvergedReason(ksp, reason));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPREONLY, &unchecked));
+  PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCFIELDSPLIT, &split));
+  if (!unchecked || !split || *reason < 0) PetscFunctionReturn(0);
+  PetscCall(PCFieldSplitSchurGetSubKSP(pc, NULL, &sub));
+  for (int i = 0; i < 2 && *reason >= 0; i++) PetscCall(KSPGetConvergedReason(sub[i], reason));
+  PetscCall(PetscFree(sub));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode DLMStokesSolve(DLMStokes stokes, Vec rhs, Vec x)
 {
   KSPConvergedReason reason;
 
   PetscFunctionBeginUser;
   PetscCall(KSPSolve(stokes->ksp, rhs, x));
-  PetscCall(KSPGetConvergedReason(stokes->ksp, &reason));
+  PetscCall(GetReason(stokes->ksp, &reason));
   PetscCheck(reason >= 0, stokes->grid->comm, PETSC_ERR_NOT_CONVERGED, "The Stokes solve (-stokes_) did not converge: %s", KSPConvergedReasons[reason]);
   PetscFunctionReturn(0);
 }

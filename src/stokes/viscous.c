@@ -146,6 +146,27 @@ static PetscErrorCode AssembleViscous(DLMStokes stokes)
   PetscFunctionReturn(0);
 }
 
+/* In a fully periodic box A maps constants to zero: solvers leave the mean velocity at zero and ignore a mean force. */
+static PetscErrorCode AttachNullSpace(DLMStokes stokes)
+{
+  DLMGrid      grid = stokes->grid;
+  MatNullSpace constants;
+  Vec          v[3];
+
+  PetscFunctionBeginUser;
+  if (!grid->periodic[0] || !grid->periodic[1] || !grid->periodic[2]) PetscFunctionReturn(0);
+  for (int c = 0; c < 3; c++) {
+    PetscCall(DMCreateGlobalVector(grid->velocity, &v[c]));
+    PetscCall(VecStrideSet(v[c], c, 1.0));
+    PetscCall(VecNormalize(v[c], NULL));
+  }
+  PetscCall(MatNullSpaceCreate(grid->comm, PETSC_FALSE, 3, v, &constants));
+  PetscCall(MatSetNullSpace(stokes->A, constants));
+  PetscCall(MatNullSpaceDestroy(&constants));
+  for (int c = 0; c < 3; c++) PetscCall(VecDestroy(&v[c]));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode DLMStokesBuildViscous(DLMStokes stokes, PetscBool assemble)
 {
   PetscFunctionBeginUser;
@@ -158,6 +179,7 @@ PetscErrorCode DLMStokesBuildViscous(DLMStokes stokes, PetscBool assemble)
     PetscCall(MatShellSetOperation(stokes->A, MATOP_GET_DIAGONAL, (void (*)(void))ViscousGetDiagonal));
   }
   PetscCall(MatSetOption(stokes->A, MAT_SPD, PETSC_TRUE));
+  PetscCall(AttachNullSpace(stokes));
   PetscCall(DLMStokesAttach(stokes, stokes->A));
   PetscFunctionReturn(0);
 }
