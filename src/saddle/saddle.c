@@ -1,32 +1,5 @@
 #include "../../include/private/saddleimpl.h"
 
-PetscErrorCode DLMSaddleCreate(DLMStokes stokes, DLMSpheres spheres, DLMPairing pairing, const DLMScene *scene, DLMSaddle *new_saddle)
-{
-  static const char *const splits[] = { "fluid", "velocity" };
-  PetscInt                 split    = 0;
-  DLMSaddle                s;
-  PetscBool                set;
-
-  PetscFunctionBeginUser;
-  PetscCall(DLMSaddleRegister());
-  PetscCall(PetscNew(&s));
-  s->stokes  = stokes;
-  s->spheres = spheres;
-  s->pairing = pairing;
-  s->scene   = scene;
-  PetscCall(PetscOptionsGetEList(NULL, NULL, "-saddle_split", splits, 2, &split, &set));
-  s->uzawa = (PetscBool)(split == 1);
-  PetscCall(DLMStokesCreateVec(stokes, &s->fluid));
-  if (scene->n_spheres) PetscCall(DLMBlocksCreate(stokes, pairing, spheres, scene, s->uzawa, &s->blocks));
-  if (s->uzawa && !stokes->mass) PetscCall(DLMStokesBuildPressureMass(stokes));
-  if (s->uzawa) {
-    PetscCall(MatCreateVecs(stokes->mass, &s->lumped_mass, NULL));
-    PetscCall(MatGetRowSum(stokes->mass, s->lumped_mass));
-  }
-  *new_saddle = s;
-  PetscFunctionReturn(0);
-}
-
 PetscErrorCode DLMSaddleDestroy(DLMSaddle *pointer)
 {
   DLMSaddle s = *pointer;
@@ -103,6 +76,37 @@ static PetscErrorCode UpdateLayout(DLMSaddle s)
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode DLMSaddleCreate(DLMStokes stokes, DLMSpheres spheres, DLMPairing pairing, const DLMScene *scene, DLMSaddle *new_saddle)
+{
+  static const char *const splits[] = { "fluid", "velocity" };
+  PetscInt                 split    = 0;
+  DLMSaddle                s;
+  PetscBool                set;
+
+  PetscFunctionBeginUser;
+  PetscCall(DLMSaddleRegister());
+  PetscCall(PetscNew(&s));
+  s->stokes  = stokes;
+  s->spheres = spheres;
+  s->pairing = pairing;
+  s->scene   = scene;
+  PetscCall(PetscOptionsGetEList(NULL, NULL, "-saddle_split", splits, 2, &split, &set));
+  s->uzawa = (PetscBool)(split == 1);
+  PetscCall(DLMStokesCreateVec(stokes, &s->fluid));
+  if (scene->n_spheres) PetscCall(DLMBlocksCreate(stokes, pairing, spheres, scene, s->uzawa, &s->blocks));
+  if (s->uzawa && !stokes->mass) PetscCall(DLMStokesBuildPressureMass(stokes));
+  if (s->uzawa) {
+    PetscCall(MatCreateVecs(stokes->mass, &s->lumped_mass, NULL));
+    PetscCall(MatGetRowSum(stokes->mass, s->lumped_mass));
+  }
+  if (scene->n_spheres) { /* markers, blocks and solver for the first centres belong to the set-up */
+    PetscCall(UpdateLayout(s));
+    PetscCall(DLMBlocksUpdate(s->blocks, &s->layout, 0.0));
+  }
+  *new_saddle = s;
+  PetscFunctionReturn(0);
+}
+
 /* Starts from the last velocities, then moves (lambda, U) onto the force balance R^T lambda + M/dt U = F + M U_old/dt. */
 static PetscErrorCode BalanceStart(DLMSaddle s, const PetscReal *force, const PetscReal *torque)
 {
@@ -127,8 +131,10 @@ static PetscErrorCode BalanceStart(DLMSaddle s, const PetscReal *force, const Pe
   }
   PetscCall(DLMBlocksApply(s->blocks, r, z));
   for (PetscInt i = 0; i < s->layout.n_local; i++) s->lambda[i] += z[i];
-  PetscCall(DLMBlocksEnergy(s->blocks, s->lambda, &s->reference));
-  s->reference = PetscSqrtReal(s->reference);
+  if (!s->uzawa) { /* its norm is that of a velocity: the largest first residual stays the reference */
+    PetscCall(DLMBlocksEnergy(s->blocks, s->lambda, &s->reference));
+    s->reference = PetscSqrtReal(s->reference);
+  }
   PetscCall(PetscFree3(r, z, load));
   PetscFunctionReturn(0);
 }

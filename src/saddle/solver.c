@@ -249,8 +249,9 @@ static PetscErrorCode NestVelocityMultipliers(DLMSaddle s, IS is[2], Mat *K, Mat
 
 static PetscErrorCode ConfigureSubSolvers(DLMSaddle s, PC pc)
 {
-  PC   fluid, bodies;
-  KSP *sub;
+  PC        fluid, bodies;
+  KSP      *sub;
+  PetscBool direct;
 
   PetscFunctionBeginUser;
   PetscCall(PCFieldSplitSchurGetSubKSP(pc, NULL, &sub));
@@ -263,10 +264,16 @@ static PetscErrorCode ConfigureSubSolvers(DLMSaddle s, PC pc)
       PetscCall(KSPSetDMActive(sub[0], PETSC_FALSE));
     }
   } else {
-    PetscCall(PCSetType(fluid, PCKSP));
-    PetscCall(PCKSPSetKSP(fluid, s->stokes->ksp));
+    PetscCall(PetscObjectTypeCompare((PetscObject)s->stokes->ksp, KSPPREONLY, &direct));
+    if (direct) { /* the fluid's PC is its whole solver */
+      PetscCall(KSPGetPC(s->stokes->ksp, &fluid));
+      PetscCall(KSPSetPC(sub[0], fluid));
+    } else {
+      PetscCall(PCSetType(fluid, PCKSP));
+      PetscCall(PCKSPSetKSP(fluid, s->stokes->ksp));
+    }
   }
-  PetscCall(KSPSetFromOptions(sub[0]));
+  if (s->uzawa) PetscCall(KSPSetFromOptions(sub[0]));
   PetscCall(KSPSetType(sub[1], KSPCG));
   PetscCall(KSPSetNormType(sub[1], KSP_NORM_NATURAL));
   PetscCall(KSPSetTolerances(sub[1], s->scene->saddle_rtol, PETSC_DEFAULT, PETSC_DEFAULT, s->uzawa ? 20000 : 500));

@@ -143,8 +143,9 @@ static PetscErrorCode SetUpTranspose(DLMModes *modes)
   for (PetscMPIInt r = 0; r < modes->size; r++) {
     PetscCall(PetscMPIIntCast(modes->n_levels * modes->dof * all[2 * r] * modes->row, &modes->slab_count[r]));
     PetscCall(PetscMPIIntCast(all[2 * r + 1] * modes->dof * modes->n_rows * modes->row, &modes->mode_count[r]));
-    modes->slab_start[r + 1] = modes->slab_start[r] + modes->slab_count[r];
     modes->mode_start[r + 1] = modes->mode_start[r] + modes->mode_count[r];
+    if (r == modes->rank) modes->slab_count[r] = modes->mode_count[r] = 0; /* own rows need no exchange */
+    modes->slab_start[r + 1] = modes->slab_start[r] + modes->slab_count[r];
   }
   PetscCall(PetscFree(all));
   PetscFunctionReturn(0);
@@ -264,7 +265,10 @@ static void WritePlanes(const DLMModes *modes, double *restrict level)
   }
 }
 
-/* Copies the modal rows of one transformed plane to (send) or from the buffer that is exchanged. */
+/*
+  Copies the modal rows of one transformed plane to or from where they are exchanged: the buffer of their owner, or, for this rank's own rows, their
+  final place.
+*/
 static PetscErrorCode ExchangeRows(DLMModes *modes, PetscInt block, PetscBool send)
 {
   const PetscInt n = modes->count[modes->slow], row = modes->row, blocks = modes->n_levels * modes->dof;
@@ -272,8 +276,9 @@ static PetscErrorCode ExchangeRows(DLMModes *modes, PetscInt block, PetscBool se
   PetscFunctionBegin;
   for (PetscInt q = 0; q < n;) {
     const PetscInt owner = modes->row_owner[modes->row_order[q]];
-    const PetscInt rows  = modes->slab_count[owner] / (blocks * row);
-    double        *place = modes->buffer + modes->slab_start[owner] + block * rows * row;
+    const PetscInt rows  = owner == modes->rank ? modes->n_rows : modes->slab_count[owner] / (blocks * row);
+    double        *place = owner == modes->rank ? modes->modal + (modes->level_start * modes->dof + block) * rows * row
+                                                : modes->buffer + modes->slab_start[owner] + block * rows * row;
     for (PetscInt r = 0; r < rows; r++, q++) {
       double *mode = modes->plane_modes + modes->row_order[q] * row;
       if (send) PetscCall(PetscArraycpy(place + r * row, mode, row));
