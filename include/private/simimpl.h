@@ -7,8 +7,14 @@
 
 typedef struct _p_DLMOutput *DLMOutput;
 
+/*
+  The mesh rides along periodic axes with the mean velocity of the walls: creeping flow does not know which wall moves, and so neither do the
+  errors of the mesh. Objects below the simulation live in that frame; files and messages speak of the frame of the scene.
+*/
 struct _p_DLMSimulation {
-  const DLMScene *scene;
+  const DLMScene *scene;    /* as the user wrote it */
+  DLMScene        riding;   /* the same in the frame of the mesh; owns its spheres */
+  PetscReal       frame_velocity[3];
   DLMGrid         grid;
   DLMStokes       stokes;
   DLMSpheres      spheres;  /* NULL without spheres, like pairing */
@@ -24,6 +30,8 @@ struct _p_DLMSimulation {
   PetscLogDouble  created, setup_seconds;
 };
 
+/* frame.c: x + frame_velocity t, for a position or a shift of one. */
+PETSC_INTERN PetscErrorCode DLMSimulationRide(DLMSimulation sim);
 /* state.c */
 PETSC_INTERN PetscErrorCode DLMSimulationCreateSolution(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMSimulationLoad(void *sim, Vec solution);

@@ -1,6 +1,9 @@
 #include "../../include/private/gridimpl.h"
 #include "../../include/private/outputimpl.h"
 
+/*
+  Fields are drawn where the mesh is: in the frame that rides with the mean wall velocity. Velocities are those of the scene's frame.
+*/
 PetscErrorCode DLMFieldsOpen(DLMOutput output)
 {
   DLMGrid         grid = output->sim->grid;
@@ -27,7 +30,7 @@ static PetscErrorCode WriteSpheres(DLMOutput output)
   for (PetscInt i = 0; i < n; i++) {
     radius[i] = output->sim->scene->spheres[i].radius;
     PetscCall(DLMSpheresGetWrapped(output->sim->spheres, i, x + 3 * i));
-    PetscCall(PetscArraycpy(V + 3 * i, state[i].velocity, 3));
+    for (int d = 0; d < 3; d++) V[3 * i + d] = state[i].velocity[d] + output->sim->frame_velocity[d];
     PetscCall(PetscArraycpy(omega + 3 * i, state[i].omega, 3));
   }
   PetscCall(DLMFieldFileWriteSpheres(output->fields, n, x, radius, V, omega));
@@ -38,14 +41,25 @@ static PetscErrorCode WriteSpheres(DLMOutput output)
 PetscErrorCode DLMFieldsWrite(DLMOutput output, PetscInt step, PetscReal time)
 {
   DM  velocity, pressure;
-  Vec x, u, p;
+  Vec x, u, p, shown;
 
   PetscFunctionBegin;
   PetscCall(DLMGridGetDMs(output->sim->grid, &velocity, &pressure));
   PetscCall(DLMSaddleGetFluid(output->sim->saddle, &x));
   PetscCall(DLMStokesGetParts(output->sim->stokes, x, &u, &p));
+  PetscCall(DMGetGlobalVector(velocity, &shown));
+  PetscCall(VecCopy(u, shown));
+  for (int d = 0; d < 3; d++) {
+    PetscScalar *v;
+    PetscInt     n;
+    PetscCall(VecGetLocalSize(shown, &n));
+    PetscCall(VecGetArray(shown, &v));
+    for (PetscInt i = d; i < n; i += 3) v[i] += output->sim->frame_velocity[d];
+    PetscCall(VecRestoreArray(shown, &v));
+  }
   PetscCall(DLMFieldFileBeginStep(output->fields, step, time));
-  PetscCall(DLMFieldFileWriteVec(output->fields, "velocity_mesh", "velocity", velocity, u));
+  PetscCall(DLMFieldFileWriteVec(output->fields, "velocity_mesh", "velocity", velocity, shown));
+  PetscCall(DMRestoreGlobalVector(velocity, &shown));
   PetscCall(DLMFieldFileWriteVec(output->fields, "pressure_mesh", "pressure", pressure, p));
   if (output->sim->spheres) PetscCall(WriteSpheres(output));
   PetscCall(DLMFieldFileEndStep(output->fields));

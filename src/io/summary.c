@@ -125,6 +125,7 @@ PetscErrorCode DLMSummaryWrite(DLMOutput output)
       WriteScene(file, sim);
       fprintf(file, "  \"nodes\": %ld,\n  \"ranks\": %d,\n  \"scheme\": \"%s\",\n  \"dt\": %.15g,\n  \"steps\": %ld,\n", (long)(sim->grid ? (scene->cells[0] + !scene->box_periodic[0]) * (scene->cells[1] + !scene->box_periodic[1]) * (scene->cells[2] + !scene->box_periodic[2]) : 0),
               size, scheme, (double)scene->ts_dt, (long)steps);
+      fprintf(file, "  \"frame_velocity\": [%.15g, %.15g, %.15g],\n", (double)sim->frame_velocity[0], (double)sim->frame_velocity[1], (double)sim->frame_velocity[2]);
       Number(file, "time", time);
       Number(file, "seconds", now - output->started);
       PetscCall(WriteWork(file, sim));

@@ -42,7 +42,12 @@ PetscErrorCode DLMTrajectoryWrite(DLMOutput output, PetscInt step, PetscReal tim
   if (!output->sim->spheres) PetscFunctionReturn(0);
   PetscCall(DLMSpheresGetStates(output->sim->spheres, &n, &state));
   for (PetscInt i = 0; output->trajectory && i < n; i++) {
-    const PetscReal *columns[5] = { state[i].center, state[i].velocity, state[i].omega, state[i].force, state[i].torque };
+    PetscReal center[3], velocity[3];
+    for (int d = 0; d < 3; d++) {
+      center[d]   = state[i].center[d] + output->sim->frame_velocity[d] * time;
+      velocity[d] = state[i].velocity[d] + output->sim->frame_velocity[d];
+    }
+    const PetscReal *columns[5] = { center, velocity, state[i].omega, state[i].force, state[i].torque };
     fprintf(output->trajectory, "%ld,%.15g,%ld", (long)step, (double)time, (long)i);
     for (int c = 0; c < 15; c++) fprintf(output->trajectory, ",%.15g", (double)columns[c / 3][c % 3]);
     fputc('\n', output->trajectory);

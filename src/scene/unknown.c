@@ -18,6 +18,9 @@ static const char *const solver_keys[] = {
   "partitioning_", NULL};
 static const char *const solver_words[] = {
   "_ksp_", "_pc_", "_mat_", "_vec_", "_dm_", "_da_", "_sf_", "_partitioning_", NULL};
+/* Keys that solvers read only when they solve, too late to be judged before the run. */
+static const char *const late_words[] = {
+  "ts_view", "ksp_view", "pc_view", "mat_view", "vec_view", "dm_view", "ksp_converged_reason", "ksp_converged_rate", NULL};
 /* clang-format on */
 
 static PetscBool BeginsWithAny(const char name[], const char *const list[])
@@ -126,6 +129,7 @@ PetscErrorCode DLMSceneCheckUnused(MPI_Comm comm)
   PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
   for (PetscInt i = 0; i < n; i++) {
     if (BeginsWithAny(names[i], petsc_keys)) continue;
+    if (BeginsWithAny(names[i], solver_keys) && ContainsAny(names[i], late_words)) continue;
     PetscCall(Refuse(comm, names[i], values[i], "no object of this run reads this key"));
   }
   PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));

@@ -26,6 +26,8 @@ PetscErrorCode DLMSimulationCreate(const DLMScene *scene, DLMSimulation *new_sim
   PetscCall(PetscNew(&sim));
   PetscCall(PetscTime(&sim->created));
   sim->scene = scene;
+  PetscCall(DLMSimulationRide(sim));
+  scene = &sim->riding;
   PetscCall(DLMGridCreate(scene, &sim->grid));
   PetscCall(DLMStokesCreate(sim->grid, scene, &sim->stokes));
   if (scene->n_spheres) {
@@ -58,6 +60,7 @@ PetscErrorCode DLMSimulationDestroy(DLMSimulation *pointer)
   PetscCall(DLMStokesDestroy(&sim->stokes));
   PetscCall(DLMGridDestroy(&sim->grid));
   PetscCall(PetscFree3(sim->start, sim->force, sim->torque));
+  PetscCall(PetscFree(sim->riding.spheres));
   PetscCall(PetscFree(*pointer));
   PetscFunctionReturn(0);
 }
@@ -69,6 +72,9 @@ PetscErrorCode DLMSimulationView(DLMSimulation sim, PetscViewer viewer)
   PetscFunctionBeginUser;
   PetscCall(DLMStokesView(sim->stokes, viewer));
   PetscCall(DLMSaddleView(sim->saddle, viewer));
+  if (sim->frame_velocity[0] != 0.0 || sim->frame_velocity[1] != 0.0 || sim->frame_velocity[2] != 0.0)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "Mesh: rides with the mean wall velocity %.6g,%.6g,%.6g\n", (double)sim->frame_velocity[0],
+                                     (double)sim->frame_velocity[1], (double)sim->frame_velocity[2]));
   if (sim->spheres) {
     DLMCover cover;
     PetscCall(DLMPairingGetCover(scene, scene->spheres[0].radius, &cover));

@@ -15,7 +15,7 @@ PetscErrorCode DLMSpheresCreate(DLMGrid grid, const DLMScene *scene, DLMSpheres 
     DLMSphereState      *state = &spheres->state[i];
     for (int d = 0; d < 3; d++) {
       state->center[d]   = spec->center[d];
-      state->velocity[d] = state->velocity_before[d] = spec->motion == DLM_MOTION_ROTATE ? 0.0 : spec->velocity[d];
+      state->velocity[d] = state->velocity_before[d] = spec->velocity[d];
       state->omega[d] = state->omega_before[d] = spec->omega[d];
     }
   }
