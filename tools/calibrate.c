@@ -1,138 +1,240 @@
 /*
-  Measures the hydrodynamic radius of spheres covered by markers at radius r: drag, torque and stresslet against the exact values, over the
-  positions of the centre in the mesh. One Stokes solver serves all cases.
+  Measures the hydrodynamic radius of covered spheres: drag, torque and stresslet against the exact values, over positions of the centre in the
+  mesh (docs/calibration.md).
 
-    dlmfd_calibrate [-grid_resolution 48] [-radii 2,3,4] [-spacings 1,1.5,2] [-positions 12] > docs/calibration.csv
+    dlmfd_calibrate > docs/calibration.csv                       the table, about a quarter of an hour on one core
+    dlmfd_calibrate -radii 3,4.8 -positions 4 -pairing_degree 3  another cover: any key -pairing_... takes the table's place
 
   The box is 2 x 2 x 2, periodic in x1 and x2. A force along x2, a torque about x3 and a shear in the x1-x3 plane act at once; by symmetry
-  they do not disturb each other. The image correction of the drag, V = F/(6 pi mu) (1/a - k), is that of the exact value
-  1.010834 at a = 0.1 (docs/theory.md); those of torque and stresslet are of order (a/L)^3 and left out.
+  they do not disturb each other.
 */
 #include <dlmsaddle.h>
 
-static const PetscReal image_correction = -0.10834;
-
-typedef struct {
-  PetscReal sum[3], square[3], iterations;
-} Sample;
-
-/* Effective radii from drag, torque and stresslet of one sphere. */
-static PetscErrorCode Measure(DLMGrid grid, DLMStokes stokes, DLMScene *scene, PetscReal radius[3], PetscInt *iterations)
+/*
+  Walls and periodic images: V = F/(6 pi mu) (1/a + 0.1102 - 0.19 a^2), omega = T/(8 pi mu) (1/a^3 - 0.606), S = (10/3) pi mu a^3 (1 + 0.9 a^3).
+  The first meets the exact 1.010834 at a = 0.1; the other coefficients are fits to one cover on five meshes.
+*/
+static PetscReal DragImages(PetscReal a)
 {
-  DLMSphereSpec  *spec = &scene->spheres[0];
+  return 0.1102 - 0.19 * a * a;
+}
+static const PetscReal torque_images = -0.606, stresslet_images = 0.9;
+
+enum { DRAG, TORQUE, STRESSLET, MOMENTS };
+
+/* A cover, the largest a/h it is measured at, and over how many positions. */
+typedef struct {
+  DLMPairingType type;
+  DLMPointSet    points;
+  PetscReal      spacing, degree, compliance, retraction, least, most;
+  PetscInt       positions;
+} Plan;
+
+#define COLLOCATION DLM_PAIRING_COLLOCATION
+#define IMMERSED    DLM_PAIRING_IMMERSED
+#define VOLUME      DLM_POINTS_VOLUME
+#define SURFACE     DLM_POINTS_SURFACE
+
+static const Plan table[] = {
+  { IMMERSED, SURFACE, DLM_AUTO, DLM_AUTO, DLM_AUTO, DLM_AUTO, 2, 8, 12 }, /* what a scene gets */
+  { IMMERSED, SURFACE, DLM_AUTO, 1, 0, 0, 2, 6, 6 },                       /* harmonics of degree 1 alone */
+  { IMMERSED, SURFACE, DLM_AUTO, 4, 0, 0, 3, 6, 6 },                       /* rigid harmonics */
+  { IMMERSED, SURFACE, 1.0, 0, 0, 0, 2, 5, 12 },
+  { IMMERSED, SURFACE, 1.5, 0, 0, 0, 2, 8, 12 },
+  { IMMERSED, SURFACE, 2.0, 0, 0, 0, 2, 5, 12 },
+  { IMMERSED, VOLUME, 1.0, 0, 0, 0, 2, 4, 12 },
+  { IMMERSED, VOLUME, 1.5, 0, 0, 0, 2, 6, 12 },
+  { IMMERSED, VOLUME, 2.0, 0, 0, 0, 2, 4, 12 },
+  { IMMERSED, VOLUME, 2.0, 0, 0, 0, 8, 8, 3 },
+  { COLLOCATION, SURFACE, 1.0, 0, 0, 0, 2, 5, 12 },
+  { COLLOCATION, SURFACE, 1.5, 0, 0, 0, 2, 8, 12 },
+  { COLLOCATION, SURFACE, 2.0, 0, 0, 0, 2, 5, 12 },
+  { COLLOCATION, VOLUME, 1.0, 0, 0, 0, 2, 4, 12 },
+  { COLLOCATION, VOLUME, 1.5, 0, 0, 0, 2, 6, 12 },
+  { COLLOCATION, VOLUME, 2.0, 0, 0, 0, 2, 4, 12 },
+  { COLLOCATION, VOLUME, 2.0, 0, 0, 0, 8, 8, 3 },
+};
+
+/* One scene on one mesh; its Stokes solver serves all covers. */
+typedef struct {
+  DLMScene *scene;
+  DLMGrid   grid;
+  DLMStokes stokes;
+} Setup;
+
+/* Effective radii from drag, torque and stresslet of one sphere, in h. */
+static PetscErrorCode Measure(Setup *s, PetscReal radius[MOMENTS], PetscInt *iterations)
+{
+  DLMSphereSpec  *spec = &s->scene->spheres[0];
+  const PetscReal mu = s->scene->fluid_viscosity, a = spec->radius;
   DLMSpheres      spheres;
   DLMPairing      pairing;
   DLMSaddle       saddle;
   DLMSaddleWork   work;
   DLMSphereState *state;
-  const PetscReal mu = scene->fluid_viscosity;
 
   PetscFunctionBeginUser;
-  PetscCall(DLMSpheresCreate(grid, scene, &spheres));
-  PetscCall(DLMPairingCreate(spheres, scene, &pairing));
-  PetscCall(DLMSaddleCreate(stokes, spheres, pairing, scene, &saddle));
+  PetscCall(DLMSpheresCreate(s->grid, s->scene, &spheres));
+  PetscCall(DLMPairingCreate(spheres, s->scene, &pairing));
+  PetscCall(DLMSaddleCreate(s->stokes, spheres, pairing, s->scene, &saddle));
   PetscCall(DLMSaddleSolve(saddle, (DLMInertia){ 0.0, 0.0, 0.0 }, spec->force, spec->torque, NULL));
   PetscCall(DLMSpheresGetStates(spheres, NULL, &state));
   PetscCall(DLMSaddleGetWork(saddle, &work));
-  *iterations = work.last_iterations;
-  radius[0]   = 1.0 / (6.0 * PETSC_PI * mu * state->velocity[1] / spec->force[1] + image_correction);
-  radius[1]   = PetscPowReal(spec->torque[2] / (8.0 * PETSC_PI * mu * state->omega[2]), 1.0 / 3.0);
-  radius[2]   = PetscPowReal(PetscAbsReal(state->stresslet[4]) / (10.0 / 3.0 * PETSC_PI * mu), 1.0 / 3.0);
+  *iterations       = work.last_iterations;
+  radius[DRAG]      = 1.0 / (6.0 * PETSC_PI * mu * state->velocity[1] / spec->force[1] - DragImages(a));
+  radius[TORQUE]    = PetscPowReal(8.0 * PETSC_PI * mu * state->omega[2] / spec->torque[2] - torque_images, -1.0 / 3.0);
+  radius[STRESSLET] = PetscPowReal(PetscAbsReal(state->stresslet[4]) / (10.0 / 3.0 * PETSC_PI * mu * (1.0 + stresslet_images * a * a * a)), 1.0 / 3.0);
+  for (int k = 0; k < MOMENTS; k++) radius[k] /= s->scene->h;
   PetscCall(DLMSaddleDestroy(&saddle));
   PetscCall(DLMPairingDestroy(&pairing));
   PetscCall(DLMSpheresDestroy(&spheres));
   PetscFunctionReturn(0);
 }
 
-/* One line of the table: means over the positions, and their spread. */
-static PetscErrorCode Case(DLMGrid grid, DLMStokes stokes, DLMScene *scene, PetscReal r, PetscInt positions)
+/* A number, or "auto". */
+static PetscErrorCode PrintChoice(MPI_Comm comm, PetscReal value)
 {
-  const PetscReal golden[3] = { 0.8191725133961645, 0.6710436067037893, 0.5497004779019703 };
-  Sample          s         = { { 0.0 }, { 0.0 }, 0.0 };
-  DLMSphereSpec  *spec      = &scene->spheres[0];
-
   PetscFunctionBeginUser;
-  spec->radius = r * scene->h;
-  for (PetscInt p = 0; p < positions; p++) {
-    PetscReal radius[3];
-    PetscInt  its;
-    for (int d = 0; d < 3; d++) spec->center[d] = 2.0 * scene->h * ((p + 1) * golden[d] - PetscFloorReal((p + 1) * golden[d]));
-    PetscCall(Measure(grid, stokes, scene, radius, &its));
-    s.iterations += its;
-    for (int k = 0; k < 3; k++) {
-      s.sum[k] += radius[k] / scene->h;
-      s.square[k] += PetscSqr(radius[k] / scene->h);
-    }
-  }
-  PetscCall(PetscPrintf(scene->comm, "%s,%s,%.6g,%" PetscInt_FMT ",%.6g,%.6g", DLMPairingTypes[scene->pairing_type], DLMPointSets[scene->pairing_points],
-                        (double)scene->pairing_spacing, (PetscInt)scene->pairing_degree, (double)scene->pairing_compliance, (double)r));
-  for (int k = 0; k < 3; k++) {
-    const PetscReal mean = s.sum[k] / positions;
-    PetscCall(PetscPrintf(scene->comm, ",%.6f,%.6f", (double)(mean - r), (double)PetscSqrtReal(PetscMax(0.0, s.square[k] / positions - mean * mean))));
-  }
-  PetscCall(PetscPrintf(scene->comm, ",%.6g\n", (double)(s.iterations / positions)));
+  if (value < 0.0) PetscCall(PetscPrintf(comm, ",auto"));
+  else PetscCall(PetscPrintf(comm, ",%.4g", (double)value));
   PetscFunctionReturn(0);
 }
 
-static PetscErrorCode Calibrate(int argc, char **argv)
+/* Measures at one radius (in h) and prints a line: means over the positions, and largest minus smallest. */
+static PetscErrorCode Line(Setup *s, PetscReal r, PetscInt positions)
 {
-  PetscReal radii[16] = { 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0 }, spacings[8] = { 1.0, 1.25, 1.5, 1.75, 2.0 }, compliances[16] = { 0.0 };
-  PetscInt  n_radii = 16, n_spacings = 8, positions = 12, types[2] = { 1, 0 }, n_types = 2, sets[2] = { 1, 0 }, n_sets = 2, degrees[16] = { 0 }, n_degrees = 16, n_compliances = 16;
-  PetscBool set;
-  DLMScene *scene;
-  DLMGrid   grid;
-  DLMStokes stokes;
+  const PetscReal golden[3] = { 0.8191725133961645, 0.6710436067037893, 0.5497004779019703 }, power[MOMENTS] = { 1.0, 3.0, 3.0 };
+  DLMScene       *scene = s->scene;
+  PetscReal       mean[MOMENTS] = { 0.0 }, least[MOMENTS], most[MOMENTS], iterations = 0.0;
+  DLMCover        cover;
+
+  PetscFunctionBeginUser;
+  scene->spheres[0].radius = r * scene->h;
+  for (PetscInt p = 0; p < positions; p++) {
+    PetscReal radius[MOMENTS];
+    PetscInt  its;
+    for (int d = 0; d < 3; d++) scene->spheres[0].center[d] = 2.0 * scene->h * ((p + 1) * golden[d] - PetscFloorReal((p + 1) * golden[d]));
+    PetscCall(Measure(s, radius, &its));
+    iterations += (PetscReal)its / positions;
+    for (int k = 0; k < MOMENTS; k++) {
+      mean[k] += radius[k] / positions;
+      least[k] = p ? PetscMin(least[k], radius[k]) : radius[k];
+      most[k]  = p ? PetscMax(most[k], radius[k]) : radius[k];
+    }
+  }
+  PetscCall(DLMPairingGetCover(scene, scene->spheres[0].radius, &cover));
+  PetscCall(PetscPrintf(scene->comm, "%s,%s,%.3g,%" PetscInt_FMT, DLMPairingTypes[scene->pairing_type], DLMPointSets[scene->pairing_points], (double)cover.spacing, cover.degree));
+  PetscCall(PrintChoice(scene->comm, cover.degree > 1 ? scene->pairing_compliance : 0.0));
+  PetscCall(PetscPrintf(scene->comm, ",%.3f,%.4g,%.4g,%" PetscInt_FMT, (double)cover.retraction, (double)r, (double)scene->grid_resolution, positions));
+  for (int k = 0; k < MOMENTS; k++) PetscCall(PetscPrintf(scene->comm, ",%.3f", (double)(mean[k] - r)));
+  for (int k = 0; k < MOMENTS; k++) PetscCall(PetscPrintf(scene->comm, ",%.2f", (double)(100.0 * (PetscPowReal(mean[k] / r, power[k]) - 1.0))));
+  for (int k = 0; k < MOMENTS; k++) PetscCall(PetscPrintf(scene->comm, ",%.2f", (double)(100.0 * power[k] * (most[k] - least[k]) / mean[k])));
+  PetscCall(PetscPrintf(scene->comm, ",%.1f\n", (double)iterations));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode SetupCreate(PetscReal resolution, Setup *s)
+{
+  char text[32];
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscSNPrintf(text, sizeof(text), "%g", (double)resolution));
+  PetscCall(PetscOptionsSetValue(NULL, "-grid_resolution", text));
+  PetscCall(DLMSceneCreate(PETSC_COMM_WORLD, &s->scene));
+  PetscCall(DLMGridCreate(s->scene, &s->grid));
+  PetscCall(DLMStokesCreate(s->grid, s->scene, &s->stokes));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode SetupDestroy(Setup *s)
+{
+  PetscFunctionBeginUser;
+  PetscCall(DLMStokesDestroy(&s->stokes));
+  PetscCall(DLMGridDestroy(&s->grid));
+  PetscCall(DLMSceneDestroy(&s->scene));
+  PetscFunctionReturn(0);
+}
+
+static void SetCover(DLMScene *scene, const Plan *plan)
+{
+  scene->pairing_type       = plan->type;
+  scene->pairing_points     = plan->points;
+  scene->pairing_spacing    = plan->spacing;
+  scene->pairing_degree     = plan->degree;
+  scene->pairing_compliance = plan->compliance;
+  scene->pairing_retraction = plan->retraction;
+}
+
+/* Mesh for a radius in h: fine enough that the sphere stays small beside the box. */
+static PetscReal Resolution(PetscReal r)
+{
+  return r <= 3.0 ? 24.0 : (r <= 4.0 ? 32.0 : 48.0);
+}
+
+/* True if the command line names a cover. */
+static PetscErrorCode CoverGiven(PetscBool *given)
+{
+  const char *keys[] = { "-pairing_type", "-pairing_points", "-pairing_spacing", "-pairing_degree", "-pairing_compliance", "-pairing_retraction" };
+
+  PetscFunctionBeginUser;
+  *given = PETSC_FALSE;
+  for (int i = 0; i < 6; i++) {
+    PetscBool set;
+    PetscCall(PetscOptionsHasName(NULL, NULL, keys[i], &set));
+    *given = (PetscBool)(*given || set);
+  }
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode FixScene(void)
+{
+  const char *fixed[][2] = { { "-box_size", "2,2,2" }, { "-sphere_centers", "0,0,0" }, { "-sphere_force", "0,1,0" }, { "-sphere_torque", "0,0,1" },
+                             { "-sphere_inertia", "0" }, { "-wall_velocity_upper", "1,0,0" }, { "-wall_velocity_lower", "-1,0,0" } };
+  PetscBool   set;
+
+  PetscFunctionBeginUser;
+  for (int i = 0; i < 7; i++) PetscCall(PetscOptionsSetValue(NULL, fixed[i][0], fixed[i][1]));
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-saddle_rtol", &set));
+  if (!set) PetscCall(PetscOptionsSetValue(NULL, "-saddle_rtol", "1e-5"));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode Calibrate(void)
+{
+  PetscReal radii[16] = { 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0 }, resolution;
+  PetscInt  n_radii = 16, positions = 0;
+  PetscBool given, set, fixed_mesh;
+  Setup     s = { 0 };
 
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsGetRealArray(NULL, NULL, "-radii", radii, &n_radii, &set));
-  if (!set) n_radii = 8;
-  PetscCall(PetscOptionsGetRealArray(NULL, NULL, "-spacings", spacings, &n_spacings, &set));
-  if (!set) n_spacings = 5;
+  if (!set) n_radii = 7;
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-positions", &positions, NULL));
-  PetscCall(PetscOptionsGetIntArray(NULL, NULL, "-types", types, &n_types, &set));
-  if (!set) n_types = 2;
-  PetscCall(PetscOptionsGetIntArray(NULL, NULL, "-sets", sets, &n_sets, &set));
-  if (!set) n_sets = 2;
-  PetscCall(PetscOptionsGetIntArray(NULL, NULL, "-degrees", degrees, &n_degrees, &set));
-  if (!set) n_degrees = 1;
-  PetscCall(PetscOptionsGetRealArray(NULL, NULL, "-compliances", compliances, &n_compliances, &set));
-  if (!set) n_compliances = 1;
-  const char *own[] = { "-radii", "-spacings", "-positions", "-types", "-sets", "-degrees", "-compliances" };
-  for (int i = 0; i < 7; i++) PetscCall(PetscOptionsClearValue(NULL, own[i]));
-  const char *fixed[][2] = { { "-box_size", "2,2,2" }, { "-sphere_centers", "0,0,0" }, { "-sphere_force", "0,1,0" }, { "-sphere_torque", "0,0,1" },
-                             { "-sphere_inertia", "0" }, { "-wall_velocity_upper", "1,0,0" }, { "-wall_velocity_lower", "-1,0,0" },
-                             { "-pairing_retraction", "0" } };
-  for (int i = 0; i < 8; i++) PetscCall(PetscOptionsSetValue(NULL, fixed[i][0], fixed[i][1]));
-  PetscCall(PetscOptionsHasName(NULL, NULL, "-grid_resolution", &set));
-  if (!set) PetscCall(PetscOptionsSetValue(NULL, "-grid_resolution", "48"));
-  PetscCall(PetscOptionsHasName(NULL, NULL, "-saddle_rtol", &set));
-  if (!set) PetscCall(PetscOptionsSetValue(NULL, "-saddle_rtol", "1e-5"));
-  PetscCall(DLMSceneCreate(PETSC_COMM_WORLD, &scene));
-  PetscCall(DLMGridCreate(scene, &grid));
-  PetscCall(DLMStokesCreate(grid, scene, &stokes));
-  PetscCall(PetscPrintf(scene->comm, "pairing,points,spacing,degree,compliance,marker_radius,drag,drag_spread,torque,torque_spread,stresslet,stresslet_spread,iterations\n"));
-  for (PetscInt t = 0; t < n_types; t++)
-    for (PetscInt q = 0; q < n_sets; q++)
-      for (PetscInt k = 0; k < n_spacings * n_degrees * n_compliances; k++)
-        for (PetscInt i = 0; i < n_radii; i++) {
-          scene->pairing_type    = (DLMPairingType)types[t];
-          scene->pairing_points  = (DLMPointSet)sets[q];
-          scene->pairing_compliance = compliances[k % n_compliances];
-          scene->pairing_degree     = degrees[(k / n_compliances) % n_degrees];
-          scene->pairing_spacing    = spacings[k / n_compliances / n_degrees];
-          PetscCall(Case(grid, stokes, scene, radii[i], positions));
-        }
-  PetscCall(DLMStokesDestroy(&stokes));
-  PetscCall(DLMGridDestroy(&grid));
-  PetscCall(DLMSceneDestroy(&scene));
+  PetscCall(PetscOptionsGetReal(NULL, NULL, "-grid_resolution", &resolution, &fixed_mesh));
+  PetscCall(CoverGiven(&given));
+  PetscCall(PetscOptionsClearValue(NULL, "-radii"));
+  PetscCall(PetscOptionsClearValue(NULL, "-positions"));
+  PetscCall(FixScene());
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "pairing,points,spacing,degree,compliance,retraction,a_over_h,resolution,positions,drag_excess,torque_excess,stresslet_excess,"
+                                          "drag_error,torque_error,stresslet_error,drag_range,torque_range,stresslet_range,iterations\n"));
+  for (PetscInt i = 0; i < n_radii; i++) {
+    if (!fixed_mesh) resolution = Resolution(radii[i]);
+    if (!s.scene || s.scene->grid_resolution != resolution) {
+      if (s.scene) PetscCall(SetupDestroy(&s));
+      PetscCall(SetupCreate(resolution, &s));
+    }
+    if (given) PetscCall(Line(&s, radii[i], positions ? positions : 12));
+    for (size_t k = 0; !given && k < PETSC_STATIC_ARRAY_LENGTH(table); k++) {
+      SetCover(s.scene, &table[k]);
+      if (radii[i] >= table[k].least && radii[i] <= table[k].most) PetscCall(Line(&s, radii[i], positions ? positions : table[k].positions));
+    }
+  }
+  PetscCall(SetupDestroy(&s));
   PetscFunctionReturn(0);
 }
 
 int main(int argc, char **argv)
 {
-  PetscErrorCode ierr = PetscInitialize(&argc, &argv, NULL, NULL);
-
-  if (!ierr) ierr = Calibrate(argc, argv);
-  if (ierr) return 1;
+  if (PetscInitialize(&argc, &argv, NULL, NULL) || Calibrate()) return 1;
   return PetscFinalize();
 }

@@ -20,7 +20,8 @@ typedef struct {
   PetscInt   n_spheres, *spheres; /* ascending */
   PetscInt   n;                   /* multipliers */
   PetscReal *center;              /* where the spheres were when the block was built */
-  PetscReal *factor;              /* Cholesky factor of S = Q^T J L J^T Q, column major, lower; NULL: unit matrix */
+  PetscReal *factor;              /* Cholesky factor of S = Q^T J L J^T Q, column major, lower; NULL: S = unit times the unit matrix */
+  PetscReal  unit;
   PetscReal *R, *Y;               /* n x 6 n_spheres: Q^T of the rigid motions, and S^-1 R */
   PetscBool  harmonic;            /* fewer multipliers than points */
   PetscReal *W;                   /* Cholesky factor of R^T S^-1 R + M/dt */
@@ -64,8 +65,24 @@ struct _p_DLMSaddle {
   DLMSaddleWork   work;
 };
 
+/*
+  Factor of the whole Uzawa preconditioner. Iterates of the pressure and the multipliers do not depend on it, but the part of the slip that is a
+  rigid motion shrinks by 1 - alpha per step of length alpha, and grows without this (Rozloznik and Simoncini, SIAM J. Matrix Anal. Appl. 24, 2002).
+*/
+static inline PetscReal DLMUzawaScale(DLMStokes stokes)
+{
+  return 0.2 * PetscMin(1.0, 1.0 / (stokes->viscosity * stokes->grid->h));
+}
+
 /* clusters.c: cluster[i] of every sphere, numbered by their first sphere; the same on every rank. */
 PETSC_INTERN PetscErrorCode DLMFindClusters(DLMSpheres spheres, const DLMScene *scene, const DLMBodyLayout *layout, PetscInt *n, PetscInt *cluster);
+
+/*
+  assemble.c: the dense matrices of a block from its markers. Points of its s-th sphere start at first[s]; sphere_of names the sphere of every
+  point. block->factor <- S, block->R <- Q^T of the rigid motions.
+*/
+PETSC_INTERN PetscErrorCode DLMBlockAssemble(DLMBlocks *blocks, DLMBlock *block, const DLMMarkers *markers, const PetscInt *first, const PetscInt *sphere_of);
+PETSC_INTERN PetscErrorCode DLMBlockFillRigid(DLMBlocks *blocks, DLMBlock *block, const DLMMarkers *markers, const PetscInt *first);
 
 PETSC_INTERN PetscErrorCode DLMBlocksCreate(DLMStokes stokes, DLMPairing pairing, DLMSpheres spheres, const DLMScene *scene, PetscBool plain, DLMBlocks **blocks);
 PETSC_INTERN PetscErrorCode DLMBlocksDestroy(DLMBlocks **blocks);

@@ -21,15 +21,18 @@ static PetscErrorCode BuildGraph(PetscInt n, const PetscInt *member, const Petsc
   PetscFunctionReturn(0);
 }
 
-/* Weight of the heaviest part. */
+/* Weight of the heaviest part of more than one sphere. */
 static idx_t HeaviestPart(PetscInt n, const idx_t *weight, const idx_t *part, idx_t n_parts)
 {
   idx_t heaviest = 0;
 
   for (idx_t p = 0; p < n_parts; p++) {
-    idx_t sum = 0;
-    for (PetscInt i = 0; i < n; i++) sum += part[i] == p ? weight[i] : 0;
-    heaviest = PetscMax(heaviest, sum);
+    idx_t sum = 0, spheres = 0;
+    for (PetscInt i = 0; i < n; i++) {
+      sum += part[i] == p ? weight[i] : 0;
+      spheres += part[i] == p;
+    }
+    if (spheres > 1) heaviest = PetscMax(heaviest, sum);
   }
   return heaviest;
 }
@@ -37,7 +40,7 @@ static idx_t HeaviestPart(PetscInt n, const idx_t *weight, const idx_t *part, id
 /* Cuts one cluster into parts of at most limit unknowns (a single sphere may exceed it). */
 static PetscErrorCode CutCluster(PetscInt n, const PetscInt *member, const DLMBodyLayout *layout, idx_t *xadj, idx_t *adjncy, PetscInt limit, idx_t *part)
 {
-  idx_t  nodes = (idx_t)n, one = 1, cut, options[METIS_NOPTIONS], total = 0, single = 0;
+  idx_t  nodes = (idx_t)n, one = 1, cut, options[METIS_NOPTIONS], total = 0;
   idx_t *weight;
 
   PetscFunctionBegin;
@@ -45,7 +48,6 @@ static PetscErrorCode CutCluster(PetscInt n, const PetscInt *member, const DLMBo
   for (PetscInt i = 0; i < n; i++) {
     weight[i] = (idx_t)(3 * layout->points[member[i]]);
     total += weight[i];
-    single = PetscMax(single, weight[i]);
   }
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = 1;
@@ -57,7 +59,7 @@ static PetscErrorCode CutCluster(PetscInt n, const PetscInt *member, const DLMBo
     if (parts == 1) PetscCall(PetscArrayzero(part, n));
     else if (METIS_PartGraphRecursive(&nodes, &one, xadj, adjncy, weight, NULL, NULL, &parts, NULL, NULL, options, &cut, part) != METIS_OK)
       SETERRQ(PETSC_COMM_SELF, PETSC_ERR_LIB, "METIS could not cut a cluster of %" PetscInt_FMT " spheres", n);
-    if (HeaviestPart(n, weight, part, parts) <= PetscMax(limit, single)) break;
+    if (HeaviestPart(n, weight, part, parts) <= limit) break;
   }
   PetscCall(PetscFree(weight));
   PetscFunctionReturn(0);

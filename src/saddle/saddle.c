@@ -98,6 +98,7 @@ PetscErrorCode DLMSaddleCreate(DLMStokes stokes, DLMSpheres spheres, DLMPairing 
   if (s->uzawa) {
     PetscCall(MatCreateVecs(stokes->mass, &s->lumped_mass, NULL));
     PetscCall(MatGetRowSum(stokes->mass, s->lumped_mass));
+    PetscCall(VecScale(s->lumped_mass, DLMUzawaScale(stokes)));
   }
   if (scene->n_spheres) { /* markers, blocks and solver for the first centres belong to the set-up */
     PetscCall(UpdateLayout(s));
@@ -139,6 +140,27 @@ static PetscErrorCode BalanceStart(DLMSaddle s, const PetscReal *force, const Pe
   PetscFunctionReturn(0);
 }
 
+/* Uzawa solves for the increment of the pressure too: f -= -B^T p of the last one. */
+static PetscErrorCode SubtractPressure(DLMSaddle s)
+{
+  const PetscScalar *push;
+  PetscScalar       *f;
+  Vec                u, p, work;
+
+  PetscFunctionBeginUser;
+  PetscCall(DLMStokesGetParts(s->stokes, s->fluid, &u, &p));
+  PetscCall(VecDuplicate(u, &work));
+  PetscCall(MatMult(s->stokes->BT, p, work));
+  PetscCall(VecGetArrayRead(work, &push));
+  PetscCall(VecGetArray(s->rhs, &f));
+  for (PetscInt i = 0; i < s->stokes->n_u; i++) f[i] -= push[i];
+  PetscCall(VecRestoreArray(s->rhs, &f));
+  PetscCall(VecRestoreArrayRead(work, &push));
+  PetscCall(VecDestroy(&work));
+  PetscCall(DLMStokesRestoreParts(s->stokes, s->fluid, &u, &p));
+  PetscFunctionReturn(0);
+}
+
 /* Right-hand side for the increments of lambda and U (and of the pressure, under Uzawa). */
 static PetscErrorCode SetRightHandSide(DLMSaddle s, Vec body_force)
 {
@@ -163,19 +185,7 @@ static PetscErrorCode SetRightHandSide(DLMSaddle s, Vec body_force)
   PetscCall(VecRestoreArrayRead(s->stokes->wall_force, &wall));
   PetscCall(DLMPairingExpand(s->pairing, s->lambda, s->at_points));
   PetscCall(DLMPairingSpread(s->pairing, 1.0, s->at_points, s->rhs));
-  if (s->uzawa) {
-    Vec p, work, x;
-    PetscCall(DLMStokesGetParts(s->stokes, s->fluid, &x, &p));
-    PetscCall(VecDuplicate(x, &work));
-    PetscCall(MatMult(s->stokes->BT, p, work));
-    PetscCall(VecGetArrayRead(work, &wall));
-    PetscCall(VecGetArray(s->rhs, &f));
-    for (PetscInt i = 0; i < n_u; i++) f[i] -= wall[i];
-    PetscCall(VecRestoreArray(s->rhs, &f));
-    PetscCall(VecRestoreArrayRead(work, &wall));
-    PetscCall(VecDestroy(&work));
-    PetscCall(DLMStokesRestoreParts(s->stokes, s->fluid, &x, &p));
-  }
+  if (s->uzawa) PetscCall(SubtractPressure(s));
   PetscFunctionReturn(0);
 }
 

@@ -57,10 +57,11 @@ static PetscErrorCode CheckProcesses(const DLMScene *scene)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(scene->comm, &ranks));
   for (int d = 0; d < 3; d++) {
-    DLMUserCheck(p[d] <= scene->cells[d] / 2, scene->comm,
+    const PetscInt most = PetscMax(1, (scene->cells[d] / 2 + (scene->box_periodic[d] ? 0 : 1)) / 2); /* two pressure nodes each */
+    DLMUserCheck(p[d] <= most, scene->comm,
                  "-grid_processes %" PetscInt_FMT " along x%d: the mesh has %" PetscInt_FMT
                  " cells there; allowed: up to %" PetscInt_FMT,
-                 p[d], d + 1, scene->cells[d], scene->cells[d] / 2);
+                 p[d], d + 1, scene->cells[d], most);
     if (p[d]) fixed *= p[d]; /* below the number of cells: no overflow */
     else chosen++;
   }

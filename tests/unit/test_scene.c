@@ -81,7 +81,7 @@ static void Defaults(void **state)
   assert_true(s->sphere_inertia);
   assert_int_equal(s->pairing_type, DLM_PAIRING_IMMERSED);
   assert_int_equal(s->pairing_points, DLM_POINTS_SURFACE);
-  assert_true(s->pairing_spacing >= 0.5 && s->pairing_spacing <= 4);
+  assert_true(s->pairing_spacing == DLM_AUTO && s->pairing_degree == DLM_AUTO && s->pairing_compliance == DLM_AUTO);
   assert_true(s->pairing_retraction == DLM_AUTO && s->contact_range == DLM_AUTO &&
               s->contact_stiffness == DLM_AUTO);
   assert_true(s->ts_dt == 0.02 && s->ts_max_time == 1);
