@@ -170,6 +170,8 @@ static void ClampCenters(DLMScene *scene)
 PetscErrorCode DLMSceneCheck(DLMScene *scene)
 {
   PetscFunctionBeginUser;
+  DLMUserCheck(scene->pairing_degree < 0.0 || scene->pairing_degree == PetscFloorReal(scene->pairing_degree), scene->comm,
+               "-pairing_degree %.6g: not an integer; allowed: auto or an integer from 0 to 12", (double)scene->pairing_degree);
   PetscCall(CheckProcesses(scene));
   PetscCall(CheckWalls(scene));
   for (PetscInt i = 0; i < scene->n_spheres; i++) PetscCall(CheckSphere(scene, i));
