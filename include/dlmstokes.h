@@ -38,6 +38,11 @@ PETSC_EXTERN PetscErrorCode DLMStokesGetParts(DLMStokes stokes, Vec x, Vec *u, V
 PETSC_EXTERN PetscErrorCode DLMStokesRestoreParts(DLMStokes stokes, Vec x, Vec *u, Vec *p);
 /* Right-hand side (f, g) of wall velocity and mean pressure gradient alone. Borrowed. */
 PETSC_EXTERN PetscErrorCode DLMStokesGetWallForce(DLMStokes stokes, Vec *rhs);
+/*
+  Loosens inner iterations to rtol for solves that only feed a preconditioner, and tightens them again with the value returned in before; exact
+  solvers are left alone. Collective.
+*/
+PETSC_EXTERN PetscErrorCode DLMStokesSetInnerTolerance(DLMStokes stokes, PetscReal rtol, PetscReal *before);
 /* x <- K^-1 rhs. Collective. Raises PETSC_ERR_NOT_CONVERGED naming the solver if it fails. */
 PETSC_EXTERN PetscErrorCode DLMStokesSolve(DLMStokes stokes, Vec rhs, Vec x);
 #endif

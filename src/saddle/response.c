@@ -102,6 +102,7 @@ static PetscErrorCode Create(DLMStokes stokes, PetscInt far, DLMResponse **new_r
   MPI_Datatype node;
   Vec          rhs, x;
   PetscScalar *values;
+  PetscReal    rtol;
 
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&r));
@@ -125,6 +126,7 @@ static PetscErrorCode Create(DLMStokes stokes, PetscInt far, DLMResponse **new_r
   PetscCall(PetscMalloc1(3 * leaves, &values));
   PetscCall(DLMStokesCreateVec(stokes, &rhs));
   PetscCall(VecDuplicate(rhs, &x));
+  PetscCall(DLMStokesSetInnerTolerance(stokes, 1e-4, &rtol)); /* the tables only feed a preconditioner */
   for (PetscInt parity = 0; parity < 8; parity++) {
     const PetscInt source[3] = { base[0] + parity % 2, base[1] + (parity / 2) % 2, base[2] + parity / 4 };
     for (int c = 0; c < 3; c++) {
@@ -138,6 +140,7 @@ static PetscErrorCode Create(DLMStokes stokes, PetscInt far, DLMResponse **new_r
       Store(r, &box, values, source, parity, c);
     }
   }
+  PetscCall(DLMStokesSetInnerTolerance(stokes, rtol, &rtol));
   Symmetrise(r);
   Smooth(r);
   PetscCall(VecDestroy(&x));

@@ -239,6 +239,24 @@ PetscErrorCode DLMStokesGetWallForce(DLMStokes stokes, Vec *rhs)
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode DLMStokesSetInnerTolerance(DLMStokes stokes, PetscReal rtol, PetscReal *before)
+{
+  PetscBool split;
+  KSP      *sub;
+  PC        pc;
+
+  PetscFunctionBeginUser;
+  *before = rtol;
+  PetscCall(KSPGetPC(stokes->ksp, &pc));
+  PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCFIELDSPLIT, &split));
+  if (!split) PetscFunctionReturn(0);
+  PetscCall(PCFieldSplitSchurGetSubKSP(pc, NULL, &sub));
+  PetscCall(KSPGetTolerances(sub[1], before, NULL, NULL, NULL));
+  PetscCall(KSPSetTolerances(sub[1], rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscCall(PetscFree(sub));
+  PetscFunctionReturn(0);
+}
+
 /*
   Why a solve is no good, or a positive reason. KSPPREONLY does not see that an inner solve of PCFIELDSPLIT ran out of iterations;
   an outer Krylov method that checks its own residual may live with it.
