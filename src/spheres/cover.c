@@ -43,8 +43,8 @@ PetscErrorCode DLMPairingGetBlockCover(const DLMScene *scene, PetscReal radius, 
 {
   PetscFunctionBegin;
   PetscCall(DLMPairingGetCover(scene, radius, cover));
-  if (!cover->degree) PetscFunctionReturn(0);
-  cover->spacing = PetscMax(cover->spacing, 1.25);
+  if (!cover->degree || cover->n_points <= 150) PetscFunctionReturn(0);
+  cover->spacing = PetscMax(cover->spacing, 1.0);
   CountPoints(radius / scene->h, cover);
   PetscFunctionReturn(0);
 }

@@ -160,7 +160,7 @@ static double Difference(const Bodies *a, const Bodies *b)
 /* A free, a rotating and a fixed sphere, one across the periodic faces, one near a wall. */
 static void AddThree(Bodies *b)
 {
-  AddSphere(b, DLM_MOTION_FREE, 0.3, -0.37, 0.91, 0.21);
+  AddSphere(b, DLM_MOTION_FREE, 0.3, -0.37, 0.91, 0.36);
   AddSphere(b, DLM_MOTION_ROTATE, 0.32, 0.41, -0.13, -0.55);
   AddSphere(b, DLM_MOTION_FIXED, 0.28, 1.43, 0.25, 0.15);
   for (int d = 0; d < 3; d++) {
@@ -258,7 +258,7 @@ static void InertiaBalances(void **state)
         AssertNear(b.state[i].omega_before[d], old[i].omega[d], 0.0);
       }
     }
-    AssertAtMost(Slip(&b), 1e-6);
+    AssertAtMost(Slip(&b), 2e-6);
   }
   CloseCase(&b);
 }
@@ -404,21 +404,20 @@ static void MigrationKeepsTheWarmStart(void **state)
   for (int p = 0; p < 2; p++) {
     PetscInt cold, most = 0, staying = 0, owners = 0;
     Bodies   b;
-    StartCase(PETSC_COMM_WORLD, 24, 1e-7, &b);
+    StartCase(PETSC_COMM_WORLD, 24, 1e-5, &b);
     SetPairing(&pairings[p], &b);
-    AddSphere(&b, DLM_MOTION_FREE, 0.3, -1.4, -0.9, 0.1);
+    AddSphere(&b, DLM_MOTION_FREE, 0.3, -1.4, -0.9, -0.6);
     AddSphere(&b, DLM_MOTION_FREE, 0.3, 0.7, 0.3, -0.4);
     Push(&b, 0, 1.0, 0.5, 0.0, 0.0, 0.0, 0.1);
     OpenCase("", &b);
     cold = Solve(&b, no_inertia);
-    for (int k = 0; k < 60; k++) {
+    for (int k = 0; k < 120; k++) { /* 0.2 h a step */
       PetscInt       n;
       const PetscInt *owned;
       PetscBool      had, has;
       Call(DLMSpheresGetOwned(b.spheres, &n, &owned));
       had = (PetscBool)(n > 0 && owned[0] == 0);
-      b.state[0].center[0] += 0.05;
-      b.state[0].center[1] += 0.035;
+      for (int d = 0; d < 3; d++) b.state[0].center[d] += (double[3]){ 0.025, 0.015, 0.01 }[d];
       const PetscInt its = Solve(&b, no_inertia);
       Call(DLMSpheresGetOwned(b.spheres, &n, &owned));
       has = (PetscBool)(n > 0 && owned[0] == 0);
@@ -432,7 +431,8 @@ static void MigrationKeepsTheWarmStart(void **state)
     PetscMPIInt size;
     Call(MPI_Comm_size(PETSC_COMM_WORLD, &size));
     assert_true(size == 1 || owners > 0);
-    AssertAtMost(most, staying + 1);
+    AssertAtMost(most, staying);
+    AssertAtMost(staying, cold - 1);
     CloseCase(&b);
   }
 }
@@ -443,7 +443,7 @@ static void OneSphereTakesSixIterations(void **state)
   PetscInt most[2] = { 0, 0 };
 
   for (int k = 0; k < 2; k++)
-    for (int p = 0; p < 8; p++) {
+    for (int p = 0; p < 6; p++) {
       const PetscReal radius = (double[2]){ 0.3, 0.36 }[p % 2];
       Bodies          b;
       StartCase(PETSC_COMM_WORLD, k ? 36 : 24, 1e-8, &b);
@@ -540,12 +540,12 @@ static void UzawaGivesTheSame(void **state)
       cold = Solve(&uzawa, inertia);
       print_message("  %s, %s inertia: exact %d, Uzawa %d iterations, difference %.1e, slip %.1e\n", p ? "points" : "harmonics", k ? "with" : "without", (int)its,
                     (int)cold, Difference(&uzawa, &b), Slip(&uzawa));
-      AssertAtMost(Difference(&uzawa, &b), 1e-6);
-      AssertAtMost(Slip(&uzawa), 1e-6);
+      AssertAtMost(Difference(&uzawa, &b), 1e-8);
+      AssertAtMost(Slip(&uzawa), 1e-9);
       if (!k) {
         warm = Solve(&uzawa, inertia);
         AssertAtMost(warm, 1);
-        AssertAtMost(Difference(&uzawa, &b), 1e-6);
+        AssertAtMost(Difference(&uzawa, &b), 1e-8);
       }
       CloseCase(&uzawa);
       CloseCase(&b);
