@@ -43,16 +43,16 @@ static const Plan table[] = {
   { IMMERSED, SURFACE, 1.5, 0, 0, 0, 2, 8, 12 },
   { IMMERSED, SURFACE, 2.0, 0, 0, 0, 2, 5, 12 },
   { IMMERSED, VOLUME, 1.0, 0, 0, 0, 2, 4, 12 },
-  { IMMERSED, VOLUME, 1.5, 0, 0, 0, 2, 6, 12 },
+  { IMMERSED, VOLUME, 1.5, 0, 0, 0, 2, 4, 12 },
   { IMMERSED, VOLUME, 2.0, 0, 0, 0, 2, 4, 12 },
-  { IMMERSED, VOLUME, 2.0, 0, 0, 0, 8, 8, 3 },
+  { IMMERSED, VOLUME, 2.0, 0, 0, 0, 5, 8, 2 },
   { COLLOCATION, SURFACE, 1.0, 0, 0, 0, 2, 5, 12 },
   { COLLOCATION, SURFACE, 1.5, 0, 0, 0, 2, 8, 12 },
   { COLLOCATION, SURFACE, 2.0, 0, 0, 0, 2, 5, 12 },
   { COLLOCATION, VOLUME, 1.0, 0, 0, 0, 2, 4, 12 },
-  { COLLOCATION, VOLUME, 1.5, 0, 0, 0, 2, 6, 12 },
+  { COLLOCATION, VOLUME, 1.5, 0, 0, 0, 2, 4, 12 },
   { COLLOCATION, VOLUME, 2.0, 0, 0, 0, 2, 4, 12 },
-  { COLLOCATION, VOLUME, 2.0, 0, 0, 0, 8, 8, 3 },
+  { COLLOCATION, VOLUME, 2.0, 0, 0, 0, 5, 8, 2 },
 };
 
 /* One scene on one mesh; its Stokes solver serves all covers. */

@@ -25,7 +25,7 @@ struct _p_DLMSimulation {
   Vec             solution; /* sphere states: centre, V, omega and those of the step before, 15 per sphere */
   PetscReal      *start;    /* centres at the start of the step, 3 per sphere */
   PetscReal      *force, *torque; /* on the spheres beside the fluid */
-  PetscReal       last_dt;  /* of the step before; 0 in the first */
+  PetscReal       velocity_time, last_interval; /* time of the last velocities; interval before it, 0 in the first step */
   DLMOutput       output;
   PetscLogDouble  created, setup_seconds;
 };

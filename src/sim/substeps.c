@@ -78,18 +78,23 @@ static PetscErrorCode CheckStates(DLMSimulation sim, PetscReal t)
 }
 
 /*
-  Inertia of the step, implicit: backward differences of order 1, or of order 2 under a second-order scheme once a step with its dt is behind (r: ratio
-  of the two steps).
+  Inertia of the step, implicit: backward differences over the interval between the times that the velocities belong to (the end of a step, or its
+  middle under a second-order scheme), of order 2 there once two intervals are behind (r: their ratio).
 */
-static DLMInertia Inertia(DLMSimulation sim, PetscReal dt)
+static DLMInertia Inertia(DLMSimulation sim, PetscReal t, PetscReal dt)
 {
-  const PetscReal r = sim->last_dt > 0.0 ? dt / sim->last_dt : 0.0;
-  PetscInt        order;
+  PetscInt  order;
+  PetscReal now, interval, r;
 
   if (!sim->scene->sphere_inertia || DLMSplitGetScheme(sim->ts, NULL, &order)) return (DLMInertia){ 0.0, 0.0, 0.0 };
-  if (order < 2 || r == 0.0) return (DLMInertia){ 1.0 / dt, 1.0, 0.0 };
+  now                = t + (order == 2 ? 0.5 : 1.0) * dt;
+  interval           = now - sim->velocity_time;
+  r                  = sim->last_interval > 0.0 ? interval / sim->last_interval : 0.0;
+  sim->velocity_time = now;
+  sim->last_interval = interval;
+  if (order < 2 || r == 0.0) return (DLMInertia){ 1.0 / interval, 1.0, 0.0 };
   const PetscReal lead = (1.0 + 2.0 * r) / (1.0 + r);
-  return (DLMInertia){ lead / dt, (1.0 + r) / lead, -r * r / ((1.0 + r) * lead) };
+  return (DLMInertia){ lead / interval, (1.0 + r) / lead, -r * r / ((1.0 + r) * lead) };
 }
 
 static PetscErrorCode Saddle(void *context, PetscReal t, PetscReal dt, PetscReal fraction)
@@ -103,9 +108,8 @@ static PetscErrorCode Saddle(void *context, PetscReal t, PetscReal dt, PetscReal
   }
   PetscCall(CheckStates(sim, t));
   PetscCall(Forces(sim));
-  PetscCall(DLMSaddleSolve(sim->saddle, Inertia(sim, dt), sim->force, sim->torque, NULL));
+  PetscCall(DLMSaddleSolve(sim->saddle, Inertia(sim, t, dt), sim->force, sim->torque, NULL));
   PetscCall(CheckStates(sim, t));
-  sim->last_dt = dt;
   PetscFunctionReturn(0);
 }
 
