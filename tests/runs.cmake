@@ -3,7 +3,7 @@ find_program(DLM_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
 
 add_test(NAME badinput COMMAND ${DLM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/badinput/run.py $<TARGET_FILE:dlmfd>
          ${PROJECT_SOURCE_DIR}/docs/options.md ${DLM_MPIRUN})
-set_tests_properties(badinput PROPERTIES LABELS badinput PROCESSORS 2 TIMEOUT 300)
+set_tests_properties(badinput PROPERTIES LABELS badinput PROCESSORS 2 TIMEOUT 900)
 
 foreach(ranks 1 2 3)
   set_tests_properties(unit.fieldsio.${ranks} PROPERTIES FIXTURES_SETUP fieldsio.${ranks})
