@@ -11,12 +11,19 @@
 typedef enum { DLM_MOTION_FREE, DLM_MOTION_ROTATE, DLM_MOTION_FIXED } DLMMotion;
 typedef enum { DLM_PAIRING_COLLOCATION, DLM_PAIRING_IMMERSED } DLMPairingType;
 typedef enum { DLM_POINTS_VOLUME, DLM_POINTS_SURFACE } DLMPointSet;
-typedef enum { DLM_FLUID_NEWTONIAN } DLMFluidModel;
+typedef enum { DLM_FLUID_NEWTONIAN, DLM_FLUID_OLDROYD_B, DLM_FLUID_UCM, DLM_FLUID_CARREAU } DLMFluidModel;
+typedef enum { DLM_FORM_FACTOR, DLM_FORM_LOG } DLMPolymerForm;
+typedef enum { DLM_COUPLING_EXPLICIT, DLM_COUPLING_BOTH_SIDES } DLMCoupling;
+typedef enum { DLM_INSIDE_IDENTITY, DLM_INSIDE_EVOLVE, DLM_INSIDE_EXTEND } DLMInside;
+typedef enum { DLM_PLANE_12, DLM_PLANE_13, DLM_PLANE_23 } DLMPlane;
 
 extern const char *const DLMMotions[];
 extern const char *const DLMPairingTypes[];
 extern const char *const DLMPointSets[];
 extern const char *const DLMFluidModels[];
+extern const char *const DLMPolymerForms[];
+extern const char *const DLMCouplings[];
+extern const char *const DLMInsides[];
 
 /* One rigid sphere as the scene starts it. */
 typedef struct {
@@ -48,6 +55,18 @@ typedef struct {
   DLMFluidModel fluid_model;
   PetscReal     fluid_density;
   PetscReal     fluid_viscosity;      /* eta1, total zero-shear viscosity */
+  PetscReal     relaxation_time;      /* lambda1 */
+  PetscReal     retardation_time;     /* lambda2; the solvent has eta1 lambda2/lambda1 */
+  PetscReal     carreau_n;            /* exponent of the shear-thinning viscosities */
+  PetscReal     implicit_viscosity;   /* that of the implicit operator: eta1, or the solvent's under the explicit coupling */
+
+  DLMPolymerForm polymer_form;        /* what is advected: Cholesky factor or logarithm of C */
+  DLMCoupling    polymer_coupling;
+  DLMInside      polymer_inside;      /* C inside the spheres */
+  PetscReal      polymer_courant;     /* bound of an advection sub-step */
+  PetscReal      polymer_mode_amplitude; /* C starts as I + amplitude sin(2 pi number x3/L3) in one plane */
+  DLMPlane       polymer_mode_plane;
+  PetscInt       polymer_mode_number;
 
   PetscInt       n_spheres;
   DLMSphereSpec *spheres;             /* owned; the same on every rank */

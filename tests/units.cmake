@@ -1,6 +1,8 @@
 dlm_unit(scene 1 2)
 dlm_unit(fieldsio 1 2 3)
 dlm_unit(kuhn 1)
+dlm_unit(tensor 1)
+dlm_unit(stretch 1)
 dlm_unit(markers 1)
 dlm_unit(grid 1 2 3 4)
 dlm_unit(operators 1 2 3 4)

@@ -2,6 +2,7 @@
 #define DLM_SIMIMPL_H
 
 #include <petsctime.h>
+#include "../dlmpolymer.h"
 #include "../dlmsim.h"
 #include "dlmfieldsio.h"
 
@@ -21,8 +22,15 @@ struct _p_DLMSimulation {
   DLMPairing      pairing;
   DLMSaddle       saddle;
   DLMContact      contact;
+  DLMPolymer      polymer;  /* NULL in Newtonian fluid, like what follows */
+  Vec             body_force; /* of the polymer's stress */
+  PetscBool       flowing;    /* a velocity has been solved for */
+  DLMPolymerHealth worst;   /* smallest eigenvalue, largest trace and courant number of the run so far */
+  PetscReal       worst_time;
+  DLMSphereState *kept; /* of the start of the step, like the next two */
+  PetscReal       kept_velocity_time, kept_last_interval;
   TS              ts;
-  Vec             solution; /* sphere states: centre, V, omega and those of the step before, 15 per sphere */
+  Vec             sphere_states, solution; /* solution: sphere states, nested with C if there is polymer; sphere states: centre, V, omega and those of the step before, 15 per sphere */
   PetscReal      *start;    /* centres at the start of the step, 3 per sphere */
   PetscReal      *force, *torque; /* on the spheres beside the fluid */
   PetscReal       velocity_time, last_interval; /* time of the last velocities; interval before it, 0 in the first step */
@@ -36,6 +44,15 @@ PETSC_INTERN PetscErrorCode DLMSimulationRide(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMSimulationCreateSolution(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMSimulationLoad(void *sim, Vec solution);
 PETSC_INTERN PetscErrorCode DLMSimulationStore(void *sim, Vec solution);
+/* fluid.c: the polymer's verbs and the saddle solve with its stress; does without polymer too. */
+PETSC_INTERN PetscErrorCode DLMSimulationSolveFlow(DLMSimulation sim, PetscReal t, PetscReal dt, DLMInertia inertia);
+PETSC_INTERN PetscErrorCode DLMSimulationCreatePolymer(DLMSimulation sim);
+PETSC_INTERN PetscErrorCode DLMSimulationDestroyPolymer(DLMSimulation sim);
+PETSC_INTERN PetscErrorCode DLMSimulationAddPolymerSubsteps(DLMSimulation sim);
+/* keep.c */
+PETSC_INTERN PetscErrorCode DLMSimulationKeep(void *sim);
+PETSC_INTERN PetscErrorCode DLMSimulationBringBack(void *sim);
+PETSC_INTERN PetscErrorCode DLMSimulationGiveUp(void *sim);
 /* substeps.c */
 PETSC_INTERN PetscErrorCode DLMSimulationAddSubsteps(DLMSimulation sim);
 /* Velocities that balance the forces at the present centres, for spheres without inertia. */

@@ -38,6 +38,33 @@ static PetscErrorCode WriteSpheres(DLMOutput output)
   PetscFunctionReturn(0);
 }
 
+/* Planar components (11, 22, 33, 12, 13, 23) as XDMF orders a symmetric tensor: 11, 12, 13, 22, 23, 33. */
+static PetscErrorCode WriteConformation(DLMOutput output, DM velocity)
+{
+  static const int   order[6] = { 0, 3, 4, 1, 5, 2 };
+  const PetscScalar *planar;
+  PetscScalar       *x;
+  PetscInt           n;
+  DM                 dm;
+  Vec                C, shown;
+
+  PetscFunctionBegin;
+  PetscCall(DLMPolymerGetConformation(output->sim->polymer, &C));
+  PetscCall(DMDACreateCompatibleDMDA(velocity, 6, &dm));
+  PetscCall(DMCreateGlobalVector(dm, &shown));
+  PetscCall(VecGetLocalSize(C, &n));
+  PetscCall(VecGetArrayRead(C, &planar));
+  PetscCall(VecGetArray(shown, &x));
+  for (PetscInt i = 0; i < n / 6; i++)
+    for (int k = 0; k < 6; k++) x[6 * i + k] = planar[order[k] * (n / 6) + i];
+  PetscCall(VecRestoreArray(shown, &x));
+  PetscCall(VecRestoreArrayRead(C, &planar));
+  PetscCall(DLMFieldFileWriteVec(output->fields, "velocity_mesh", "conformation", dm, shown));
+  PetscCall(VecDestroy(&shown));
+  PetscCall(DMDestroy(&dm));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode DLMFieldsWrite(DLMOutput output, PetscInt step, PetscReal time)
 {
   DM  velocity, pressure;
@@ -61,6 +88,7 @@ PetscErrorCode DLMFieldsWrite(DLMOutput output, PetscInt step, PetscReal time)
   PetscCall(DLMFieldFileWriteVec(output->fields, "velocity_mesh", "velocity", velocity, shown));
   PetscCall(DMRestoreGlobalVector(velocity, &shown));
   PetscCall(DLMFieldFileWriteVec(output->fields, "pressure_mesh", "pressure", pressure, p));
+  if (output->sim->polymer) PetscCall(WriteConformation(output, velocity));
   if (output->sim->spheres) PetscCall(WriteSpheres(output));
   PetscCall(DLMFieldFileEndStep(output->fields));
   PetscCall(DLMStokesRestoreParts(output->sim->stokes, x, &u, &p));

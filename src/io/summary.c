@@ -39,6 +39,13 @@ static void WriteScene(FILE *file, DLMSimulation sim)
   Vector(file, "gravity", scene->gravity);
   Text(file, "fluid_model", DLMFluidModels[scene->fluid_model]);
   fprintf(file, "    \"fluid_density\": %.15g,\n    \"fluid_viscosity\": %.15g,\n", (double)scene->fluid_density, (double)scene->fluid_viscosity);
+  if (sim->polymer) {
+    fprintf(file, "    \"relaxation_time\": %.15g,\n    \"retardation_time\": %.15g,\n    \"carreau_n\": %.15g,\n", (double)scene->relaxation_time,
+            (double)scene->retardation_time, (double)scene->carreau_n);
+    Text(file, "polymer_form", DLMPolymerForms[scene->polymer_form]);
+    Text(file, "polymer_coupling", DLMCouplings[scene->polymer_coupling]);
+    Text(file, "polymer_inside", DLMInsides[scene->polymer_inside]);
+  }
   Text(file, "pairing_type", DLMPairingTypes[scene->pairing_type]);
   Text(file, "pairing_points", DLMPointSets[scene->pairing_points]);
   fprintf(file, "    \"contact_range\": %.15g,\n    \"contact_stiffness\": %.15g,\n", (double)sim->contact.range, (double)sim->contact.stiffness);
@@ -68,6 +75,18 @@ static PetscErrorCode WriteWork(FILE *file, DLMSimulation sim)
   }
   fputs("},\n", file);
   PetscFunctionReturn(0);
+}
+
+static void WriteHealth(FILE *file, DLMSimulation sim)
+{
+  const DLMPolymerHealth *w     = &sim->worst;
+  const DLMScene         *scene = sim->scene;
+  const PetscReal         eta   = scene->fluid_viscosity * (1.0 - scene->retardation_time / scene->relaxation_time);
+
+  fprintf(file, "  \"polymer\": {\"smallest_eigenvalue\": %.15g, \"smallest_eigenvalue_place\": [%.15g, %.15g, %.15g], \"smallest_eigenvalue_time\": %.15g,\n",
+          (double)w->smallest_eigenvalue, (double)w->place[0], (double)w->place[1], (double)w->place[2], (double)sim->worst_time);
+  fprintf(file, "    \"largest_trace\": %.15g, \"courant_number\": %.15g, \"advection_substeps\": %ld, \"elastic_number\": %.15g},\n", (double)w->largest_trace,
+          (double)w->courant, (long)w->substeps, (double)(scene->ts_dt * eta * w->largest_trace / (scene->relaxation_time * scene->implicit_viscosity)));
 }
 
 /* Largest entry of B u over the volume of a pressure node: what is left of div u. */
@@ -133,6 +152,7 @@ PetscErrorCode DLMSummaryWrite(DLMOutput output)
       Number(file, "largest_slip", output->largest_slip);
       Number(file, "smallest_gap", output->smallest_gap);
       Number(file, "largest_contact_force", sim->contact.largest);
+      if (sim->polymer) WriteHealth(file, sim);
       fprintf(file, "  \"largest_divergence\": %.6g\n}\n", (double)divergence);
     }
     written = file && !ferror(file) && !fclose(file);

@@ -167,9 +167,30 @@ static void ClampCenters(DLMScene *scene)
   }
 }
 
+/* Times of the polymer, and the viscosity that is solved for. */
+static PetscErrorCode CheckPolymer(DLMScene *scene)
+{
+  const PetscReal lambda1 = scene->relaxation_time;
+  const PetscBool ucm     = (PetscBool)(scene->fluid_model == DLM_FLUID_UCM);
+
+  PetscFunctionBeginUser;
+  scene->implicit_viscosity = scene->fluid_viscosity;
+  if (scene->fluid_model == DLM_FLUID_NEWTONIAN) PetscFunctionReturn(0);
+  if (scene->retardation_time < 0.0) scene->retardation_time = ucm ? 0.0 : lambda1 / 8.0;
+  DLMUserCheck(scene->retardation_time <= lambda1, scene->comm, "-fluid_retardation_time %.6g; allowed: up to the relaxation time %.6g",
+               (double)scene->retardation_time, (double)lambda1);
+  DLMUserCheck(!ucm || scene->retardation_time == 0.0, scene->comm,
+               "-fluid_retardation_time %.6g with -fluid_model ucm, which has no solvent; allowed: 0, or -fluid_model oldroyd_b", (double)scene->retardation_time);
+  DLMUserCheck(scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES || scene->retardation_time > 0.0, scene->comm,
+               "-polymer_coupling explicit with no solvent viscosity (-fluid_retardation_time 0); allowed: both_sides");
+  if (scene->polymer_coupling == DLM_COUPLING_EXPLICIT) scene->implicit_viscosity *= scene->retardation_time / lambda1;
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode DLMSceneCheck(DLMScene *scene)
 {
   PetscFunctionBeginUser;
+  PetscCall(CheckPolymer(scene));
   DLMUserCheck(scene->pairing_degree < 0.0 || scene->pairing_degree == PetscFloorReal(scene->pairing_degree), scene->comm,
                "-pairing_degree %.6g: not an integer; allowed: auto or an integer from 0 to 12", (double)scene->pairing_degree);
   PetscCall(CheckProcesses(scene));

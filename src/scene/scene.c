@@ -105,6 +105,10 @@ static PetscErrorCode ViewFluid(const DLMScene *scene, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPrintf(viewer, "fluid     %s, viscosity %.6g, density %.6g\n",
                                    DLMFluidModels[scene->fluid_model], scene->fluid_viscosity,
                                    scene->fluid_density));
+  if (scene->fluid_model != DLM_FLUID_NEWTONIAN)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "polymer   relaxation %.6g, retardation %.6g, %s form, coupling %s, inside spheres %s\n",
+                                     scene->relaxation_time, scene->retardation_time, DLMPolymerForms[scene->polymer_form],
+                                     DLMCouplings[scene->polymer_coupling], DLMInsides[scene->polymer_inside]));
   if (g[0] != 0 || g[1] != 0 || g[2] != 0)
     PetscCall(PetscViewerASCIIPrintf(viewer, "gravity   %.6g,%.6g,%.6g\n", g[0], g[1], g[2]));
   if (G[0] != 0 || G[1] != 0 || G[2] != 0) {

@@ -11,7 +11,7 @@ typedef struct {
   char          spheres_file[PETSC_MAX_PATH_LEN];
   PetscInt      n_centers; /* numbers in -sphere_centers, 3 a sphere */
   PetscReal    *centers;
-  PetscInt      ts_max_steps;
+  PetscInt      ts_max_steps, split_retries;
   int           ts_split_scheme;
 } DLMSceneDraft;
 

@@ -7,7 +7,11 @@
 const char *const DLMMotions[]      = {"free", "rotate", "fixed", "DLMMotion", "DLM_MOTION_", NULL};
 const char *const DLMPairingTypes[] = {"collocation", "immersed", "DLMPairingType", "DLM_PAIRING_", NULL};
 const char *const DLMPointSets[]    = {"volume", "surface", "DLMPointSet", "DLM_POINTS_", NULL};
-const char *const DLMFluidModels[]  = {"newtonian", "DLMFluidModel", "DLM_FLUID_", NULL};
+const char *const DLMFluidModels[]  = {"newtonian", "oldroyd_b", "ucm", "carreau", "DLMFluidModel", "DLM_FLUID_", NULL};
+const char *const DLMPolymerForms[] = {"factor", "log", "DLMPolymerForm", "DLM_FORM_", NULL};
+const char *const DLMCouplings[]    = {"explicit", "both_sides", "DLMCoupling", "DLM_COUPLING_", NULL};
+const char *const DLMInsides[]      = {"identity", "evolve", "extend", "DLMInside", "DLM_INSIDE_", NULL};
+static const char *const Planes[]   = {"12", "13", "23", "DLMPlane", "DLM_PLANE_", NULL};
 static const char *const SplitSchemes[] = {"lie", "strang", "DLMSplitScheme", "DLM_SPLIT_", NULL};
 
 #define AT(field)    offsetof(DLMSceneDraft, field)
@@ -40,6 +44,24 @@ const DLMSceneKey DLMSceneKeys[] = {
   {"Fluid", "fluid_model", DLM_KEY_WORD, "newtonian", AT(scene.fluid_model), ONE_OF(DLMFluidModels), "", "what the fluid is"},
   {"Fluid", "fluid_density", DLM_KEY_REAL, "1", AT(scene.fluid_density), NOT_NEGATIVE, "mass/length^3", "density, for buoyancy"},
   {"Fluid", "fluid_viscosity", DLM_KEY_REAL, "1", AT(scene.fluid_viscosity), POSITIVE, "pressure time", "total viscosity at zero shear"},
+  {"Fluid", "fluid_relaxation_time", DLM_KEY_REAL, "1", AT(scene.relaxation_time), POSITIVE, "time", "lambda1 of a viscoelastic fluid"},
+  {"Fluid", "fluid_retardation_time", DLM_KEY_AUTO, "auto", AT(scene.retardation_time), NOT_NEGATIVE, "time",
+   "lambda2, up to lambda1: the solvent has the fraction lambda2/lambda1 of the viscosity; auto: lambda1/8, or 0 for ucm"},
+  {"Fluid", "fluid_carreau_n", DLM_KEY_REAL, "1", AT(scene.carreau_n), BETWEEN(0.01, 2), "",
+   "exponent n of carreau: both viscosities thin as (1 + (lambda1 shear rate)^2)^((n-1)/2)"},
+
+  {"Polymer", "polymer_form", DLM_KEY_WORD, "factor", AT(scene.polymer_form), ONE_OF(DLMPolymerForms), "",
+   "what is advected: the Cholesky factor of the conformation tensor C, or its logarithm"},
+  {"Polymer", "polymer_coupling", DLM_KEY_WORD, "both_sides", AT(scene.polymer_coupling), ONE_OF(DLMCouplings), "",
+   "explicit: polymer stress on the right-hand side (thesis); both_sides: the polymer viscosity on both sides (DEVSS-G)"},
+  {"Polymer", "polymer_inside", DLM_KEY_WORD, "evolve", AT(scene.polymer_inside), ONE_OF(DLMInsides), "",
+   "C inside the spheres: identity, reset every step (thesis); evolve, as outside; extend, continued from outside into two layers"},
+  {"Polymer", "polymer_courant", DLM_KEY_REAL, "0.6", AT(scene.polymer_courant), BETWEEN(0.01, 1), "",
+   "largest Courant number of an advection sub-step"},
+  {"Polymer", "polymer_mode_amplitude", DLM_KEY_REAL, "0", AT(scene.polymer_mode_amplitude), BETWEEN(-0.9, 0.9), "",
+   "C starts as I plus this times sin(2 pi number x3/L3) in the components of a plane"},
+  {"Polymer", "polymer_mode_plane", DLM_KEY_WORD, "13", AT(scene.polymer_mode_plane), ONE_OF(Planes), "", "the plane of that mode"},
+  {"Polymer", "polymer_mode_number", DLM_KEY_INT, "1", AT(scene.polymer_mode_number), BETWEEN(1, 1000), "", "its wave number"},
 
   {"Spheres", "spheres_file", DLM_KEY_TEXT, "", AT(spheres_file), ANY, "",
    "CSV file, one sphere a row; looked for in the working directory, then beside the scene's file. "
@@ -80,6 +102,8 @@ const DLMSceneKey DLMSceneKeys[] = {
   {"Time", "ts_max_steps", DLM_KEY_INT, "1000000000", AT(ts_max_steps), NOT_NEGATIVE, "steps", "most steps of the run"},
   {"Time", "ts_split_scheme", DLM_KEY_WORD, "lie", AT(ts_split_scheme), ONE_OF(SplitSchemes), "",
    "splitting scheme: lie, first order (thesis); strang, second order"},
+  {"Time", "split_retries", DLM_KEY_INT, "0", AT(split_retries), BETWEEN(0, 20), "",
+   "how often a step that loses positivity of C is tried again with half of dt"},
 
   {"Solvers", "saddle_rtol", DLM_KEY_REAL, "1e-6", AT(scene.saddle_rtol), BETWEEN(1e-14, 0.1), "", "relative tolerance of the bodies' solve"},
   {"Solvers", "saddle_cluster_gap", DLM_KEY_REAL, "2", AT(scene.saddle_cluster_gap), NOT_NEGATIVE, "h",

@@ -37,6 +37,7 @@ PetscErrorCode DLMSimulationCreate(const DLMScene *scene, DLMSimulation *new_sim
     PetscCall(PetscCalloc3(3 * scene->n_spheres, &sim->start, 3 * scene->n_spheres, &sim->force, 3 * scene->n_spheres, &sim->torque));
   }
   PetscCall(DLMSaddleCreate(sim->stokes, sim->spheres, sim->pairing, scene, &sim->saddle));
+  PetscCall(DLMSimulationCreatePolymer(sim));
   PetscCall(DLMSimulationCreateSolution(sim));
   PetscCall(CreateTS(sim));
   PetscCall(PetscTime(&now));
@@ -54,6 +55,8 @@ PetscErrorCode DLMSimulationDestroy(DLMSimulation *pointer)
   PetscCall(DLMOutputDestroy(&sim->output));
   PetscCall(TSDestroy(&sim->ts));
   PetscCall(VecDestroy(&sim->solution));
+  PetscCall(VecDestroy(&sim->sphere_states));
+  PetscCall(DLMSimulationDestroyPolymer(sim));
   PetscCall(DLMSaddleDestroy(&sim->saddle));
   PetscCall(DLMPairingDestroy(&sim->pairing));
   PetscCall(DLMSpheresDestroy(&sim->spheres));
@@ -72,6 +75,7 @@ PetscErrorCode DLMSimulationView(DLMSimulation sim, PetscViewer viewer)
   PetscFunctionBeginUser;
   PetscCall(DLMStokesView(sim->stokes, viewer));
   PetscCall(DLMSaddleView(sim->saddle, viewer));
+  if (sim->polymer) PetscCall(DLMPolymerView(sim->polymer, viewer));
   if (sim->frame_velocity[0] != 0.0 || sim->frame_velocity[1] != 0.0 || sim->frame_velocity[2] != 0.0)
     PetscCall(PetscViewerASCIIPrintf(viewer, "Mesh: rides with the mean wall velocity %.6g,%.6g,%.6g\n", (double)sim->frame_velocity[0],
                                      (double)sim->frame_velocity[1], (double)sim->frame_velocity[2]));

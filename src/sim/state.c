@@ -6,8 +6,16 @@ enum { STATE_WIDTH = 15 };
 PetscErrorCode DLMSimulationCreateSolution(DLMSimulation sim)
 {
   PetscFunctionBegin;
-  PetscCall(VecCreateMPI(sim->scene->comm, PETSC_DECIDE, STATE_WIDTH * sim->scene->n_spheres, &sim->solution));
-  PetscCall(PetscObjectSetName((PetscObject)sim->solution, "sphere states"));
+  PetscCall(VecCreateMPI(sim->scene->comm, PETSC_DECIDE, STATE_WIDTH * sim->scene->n_spheres, &sim->sphere_states));
+  PetscCall(PetscObjectSetName((PetscObject)sim->sphere_states, "sphere states"));
+  if (sim->polymer) {
+    Vec C;
+    PetscCall(DLMPolymerGetConformation(sim->polymer, &C));
+    PetscCall(VecCreateNest(sim->scene->comm, 2, NULL, (Vec[]){ sim->sphere_states, C }, &sim->solution));
+  } else {
+    PetscCall(PetscObjectReference((PetscObject)sim->sphere_states));
+    sim->solution = sim->sphere_states;
+  }
   if (sim->spheres) PetscCall(DLMSimulationStore(sim, sim->solution));
   PetscFunctionReturn(0);
 }
@@ -22,10 +30,10 @@ PetscErrorCode DLMSimulationStore(void *context, Vec solution)
   PetscFunctionBegin;
   if (!sim->spheres) PetscFunctionReturn(0);
   PetscCall(DLMSpheresGetStates(sim->spheres, NULL, &state));
-  PetscCall(VecGetOwnershipRange(solution, &start, &end));
-  PetscCall(VecGetArray(solution, &x));
+  PetscCall(VecGetOwnershipRange(sim->sphere_states, &start, &end));
+  PetscCall(VecGetArray(sim->sphere_states, &x));
   for (PetscInt i = start; i < end; i++) x[i - start] = state[i / STATE_WIDTH].center[i % STATE_WIDTH];
-  PetscCall(VecRestoreArray(solution, &x));
+  PetscCall(VecRestoreArray(sim->sphere_states, &x));
   PetscFunctionReturn(0);
 }
 
@@ -41,9 +49,9 @@ PetscErrorCode DLMSimulationLoad(void *context, Vec solution)
   PetscFunctionBegin;
   if (!sim->spheres) PetscFunctionReturn(0);
   PetscCall(DLMSpheresGetStates(sim->spheres, &n, &state));
-  PetscCall(VecScatterCreateToAll(solution, &scatter, &all));
-  PetscCall(VecScatterBegin(scatter, solution, all, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(scatter, solution, all, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterCreateToAll(sim->sphere_states, &scatter, &all));
+  PetscCall(VecScatterBegin(scatter, sim->sphere_states, all, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(scatter, sim->sphere_states, all, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecGetArrayRead(all, &x));
   for (PetscInt i = 0; i < n; i++) PetscCall(PetscArraycpy(state[i].center, x + STATE_WIDTH * i, STATE_WIDTH));
   PetscCall(VecRestoreArrayRead(all, &x));

@@ -103,12 +103,12 @@ static PetscErrorCode Saddle(void *context, PetscReal t, PetscReal dt, PetscReal
 
   PetscFunctionBegin;
   if (!sim->spheres) {
-    PetscCall(DLMSaddleSolve(sim->saddle, (DLMInertia){ 0.0, 0.0, 0.0 }, NULL, NULL, NULL));
+    PetscCall(DLMSimulationSolveFlow(sim, t, dt, (DLMInertia){ 0.0, 0.0, 0.0 }));
     PetscFunctionReturn(0);
   }
   PetscCall(CheckStates(sim, t));
   PetscCall(Forces(sim));
-  PetscCall(DLMSaddleSolve(sim->saddle, Inertia(sim, t, dt), sim->force, sim->torque, NULL));
+  PetscCall(DLMSimulationSolveFlow(sim, t, dt, Inertia(sim, t, dt)));
   PetscCall(CheckStates(sim, t));
   PetscFunctionReturn(0);
 }
@@ -118,7 +118,7 @@ PetscErrorCode DLMSimulationStart(DLMSimulation sim)
   PetscFunctionBegin;
   if (!sim->spheres || sim->scene->sphere_inertia) PetscFunctionReturn(0);
   PetscCall(Forces(sim));
-  PetscCall(DLMSaddleSolve(sim->saddle, (DLMInertia){ 0.0, 0.0, 0.0 }, sim->force, sim->torque, NULL));
+  PetscCall(DLMSimulationSolveFlow(sim, 0.0, 0.0, (DLMInertia){ 0.0, 0.0, 0.0 }));
   PetscFunctionReturn(0);
 }
 
@@ -128,5 +128,6 @@ PetscErrorCode DLMSimulationAddSubsteps(DLMSimulation sim)
   if (sim->spheres) PetscCall(DLMSplitAddSubstep(sim->ts, "predict", Predict, sim));
   PetscCall(DLMSplitAddSubstep(sim->ts, "saddle", Saddle, sim));
   if (sim->spheres) PetscCall(DLMSplitAddSubstep(sim->ts, "correct", Correct, sim));
+  if (sim->polymer) PetscCall(DLMSimulationAddPolymerSubsteps(sim));
   PetscFunctionReturn(0);
 }

@@ -17,8 +17,8 @@ typedef struct {
 } Scheme;
 
 static const Scheme schemes[] = {
-  { "lie", 1, { { "predict", 1.0 }, { "saddle", 1.0 }, { "advect", 1.0 }, { "stretch", 1.0 } } },
-  { "strang", 2, { { "predict", 0.5 }, { "saddle", 1.0 }, { "stretch", 0.5 }, { "advect", 1.0 }, { "stretch", 0.5 }, { "correct", 1.0 } } },
+  { "lie", 1, { { "predict", 1.0 }, { "saddle", 1.0 }, { "advect", 1.0 }, { "stretch", 1.0 }, { "judge", 1.0 } } },
+  { "strang", 2, { { "predict", 0.5 }, { "saddle", 1.0 }, { "stretch", 0.5 }, { "advect", 1.0 }, { "stretch", 0.5 }, { "correct", 1.0 }, { "judge", 1.0 } } },
 };
 
 typedef struct {
@@ -36,7 +36,10 @@ typedef struct {
   Verb          verb[MOST_VERBS];
   DLMStateCopy  load, store;
   void         *state_context;
-  PetscBool     loaded;
+  PetscBool     loaded, rejected;
+  PetscInt      retries;
+  PetscErrorCode (*save)(void *), (*restore)(void *), (*give_up)(void *);
+  void         *retry_context;
 } TS_Split;
 
 static PetscErrorCode WalkScheme(TS ts)
@@ -44,7 +47,8 @@ static PetscErrorCode WalkScheme(TS ts)
   TS_Split *s = (TS_Split *)ts->data;
 
   PetscFunctionBegin;
-  for (PetscInt e = 0; e < MOST_SUBSTEPS && s->scheme->entry[e].verb; e++)
+  s->rejected = PETSC_FALSE;
+  for (PetscInt e = 0; e < MOST_SUBSTEPS && s->scheme->entry[e].verb && !s->rejected; e++)
     for (PetscInt k = 0; k < s->n; k++) {
       Verb          *verb = &s->verb[k];
       PetscLogDouble start, end;
@@ -62,6 +66,26 @@ static PetscErrorCode WalkScheme(TS ts)
   PetscFunctionReturn(0);
 }
 
+/* The step, tried again with half of dt as often as a verb rejects it. */
+static PetscErrorCode TryStep(TS ts)
+{
+  TS_Split *s = (TS_Split *)ts->data;
+
+  PetscFunctionBegin;
+  if (s->save) PetscCall(s->save(s->retry_context));
+  PetscCall(WalkScheme(ts));
+  for (PetscInt k = 0; s->rejected && k < s->retries; k++) {
+    PetscCall(s->restore(s->retry_context));
+    ts->time_step *= 0.5;
+    ts->reject++;
+    PetscCall(WalkScheme(ts));
+  }
+  if (!s->rejected) PetscFunctionReturn(0);
+  PetscCall(s->restore(s->retry_context));
+  PetscCall(s->give_up(s->retry_context));
+  PetscFunctionReturn(0);
+}
+
 static PetscErrorCode TSStep_Split(TS ts)
 {
   TS_Split *s      = (TS_Split *)ts->data;
@@ -72,7 +96,7 @@ static PetscErrorCode TSStep_Split(TS ts)
   if (s->load && !s->loaded) PetscCall(s->load(s->state_context, ts->vec_sol));
   s->loaded = PETSC_TRUE;
   PetscCall(TSPreStage(ts, ts->ptime));
-  PetscCall(WalkScheme(ts));
+  PetscCall(TryStep(ts));
   if (s->store) PetscCall(s->store(s->state_context, ts->vec_sol));
   PetscCall(TSPostStage(ts, ts->ptime, 0, &ts->vec_sol));
   PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next, &accept));
@@ -114,6 +138,7 @@ static PetscErrorCode TSSetFromOptions_Split(TS ts, PetscOptionItems *PetscOptio
   PetscOptionsHeadBegin(PetscOptionsObject, "Operator splitting");
   PetscCall(PetscOptionsEList("-ts_split_scheme", "Splitting scheme", "DLMSplitSetScheme", names, (PetscInt)PETSC_STATIC_ARRAY_LENGTH(schemes),
                               names[choice], &choice, NULL));
+  PetscCall(PetscOptionsBoundedInt("-split_retries", "Tries again with half of dt, of a step that was rejected", NULL, s->retries, &s->retries, NULL, 0));
   PetscOptionsHeadEnd();
   s->scheme = &schemes[choice];
   PetscFunctionReturn(0);
@@ -190,6 +215,25 @@ PetscErrorCode DLMSplitSetState(TS ts, DLMStateCopy load, DLMStateCopy store, vo
   s->load          = load;
   s->store         = store;
   s->state_context = context;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSplitSetRetry(TS ts, PetscErrorCode (*save)(void *), PetscErrorCode (*restore)(void *), PetscErrorCode (*give_up)(void *), void *context)
+{
+  TS_Split *s = (TS_Split *)ts->data;
+
+  PetscFunctionBeginUser;
+  s->save          = save;
+  s->restore       = restore;
+  s->give_up       = give_up;
+  s->retry_context = context;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSplitReject(TS ts)
+{
+  PetscFunctionBeginUser;
+  ((TS_Split *)ts->data)->rejected = PETSC_TRUE;
   PetscFunctionReturn(0);
 }
 

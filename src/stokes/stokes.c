@@ -134,7 +134,7 @@ PetscErrorCode DLMStokesCreate(DLMGrid grid, const DLMScene *scene, DLMStokes *n
   PetscCall(DLMStokesRegister());
   PetscCall(PetscNew(&stokes));
   stokes->grid      = grid;
-  stokes->viscosity = scene->fluid_viscosity;
+  stokes->viscosity = scene->implicit_viscosity;
   PetscCall(CreateParts(stokes));
   PetscCall(DLMBoxCreate(grid, stokes->viscosity, scene->stokes_block_limit, &stokes->box));
   PetscCall(NeedsAssembly(&assemble));

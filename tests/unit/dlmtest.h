@@ -67,7 +67,7 @@ static inline double Hash(uint64_t seed, uint64_t index)
 /* A sphere-free scene of h = 0.125, viscosity 0.7; bit d of periodic: axis d is periodic. */
 static inline void MakeScene(MPI_Comm comm, const PetscInt cells[3], unsigned periodic, DLMScene *scene)
 {
-  *scene                    = (DLMScene){ .comm = comm, .h = 0.125, .grid_resolution = 8.0, .fluid_viscosity = 0.7, .fluid_density = 1.0 };
+  *scene                    = (DLMScene){ .comm = comm, .h = 0.125, .grid_resolution = 8.0, .fluid_viscosity = 0.7, .implicit_viscosity = 0.7, .fluid_density = 1.0 };
   scene->stokes_block_limit = 1024.0;
   scene->pairing_spacing    = 1.5;
   scene->pairing_retraction = DLM_AUTO;

@@ -140,7 +140,7 @@ static PetscErrorCode SetLoad(DLMGrid grid, Vec load)
 /* error[0], error[1]: velocity, pressure, on n^3 cells. */
 static PetscErrorCode Solve(const PetscBool periodic[3], PetscInt n, PetscReal error[2])
 {
-  DLMScene  scene = { .comm = PETSC_COMM_WORLD, .h = 1.0 / n, .fluid_viscosity = MU, .stokes_block_limit = 1024.0 };
+  DLMScene  scene = { .comm = PETSC_COMM_WORLD, .h = 1.0 / n, .fluid_viscosity = MU, .implicit_viscosity = MU, .stokes_block_limit = 1024.0 };
   DLMGrid   grid;
   DLMStokes stokes;
   Vec       b, x, u, p;

@@ -1,0 +1,51 @@
+/*
+  The conformation tensor C of a viscoelastic fluid on the velocity grid: its stress, and the steps that carry it.
+
+  dC/dt + (u.grad) C = (grad u) C + C (grad u)^T - (C - I)/lambda1        (thesis 3.2.6)
+
+  C is planar: on each rank the component 11 of all its nodes, then 22, 33, 12, 13, 23; nodes as in a velocity vector. The stress force and
+  the gradient that stretches C are discrete adjoints (docs/theory.md, P2): stress work equals stretching to rounding.
+*/
+#ifndef DLMPOLYMER_H
+#define DLMPOLYMER_H
+
+#include "dlmspheres.h"
+
+typedef struct _p_DLMPolymer *DLMPolymer;
+
+/* What a run watches, over all nodes. */
+typedef struct {
+  PetscReal smallest_eigenvalue, place[3]; /* of C, and its node */
+  PetscReal largest_trace;
+  PetscReal courant;   /* of the last advection, over its whole interval */
+  PetscInt  substeps;  /* it was cut into */
+  PetscBool sound;     /* C is finite and positive definite */
+} DLMPolymerHealth;
+
+/* spheres may be NULL; grid, spheres and scene must outlive the object. C starts at I, or with the mode that the scene asks for. Collective. */
+PETSC_EXTERN PetscErrorCode DLMPolymerCreate(DLMGrid grid, DLMSpheres spheres, const DLMScene *scene, DLMPolymer *polymer);
+PETSC_EXTERN PetscErrorCode DLMPolymerDestroy(DLMPolymer *polymer);
+PETSC_EXTERN PetscErrorCode DLMPolymerView(DLMPolymer polymer, PetscViewer viewer);
+/* Borrowed; may be changed between steps. */
+PETSC_EXTERN PetscErrorCode DLMPolymerGetConformation(DLMPolymer polymer, Vec *C);
+/* Applies the rule of the scene for C inside the spheres at their present centres. Collective. */
+PETSC_EXTERN PetscErrorCode DLMPolymerSetInside(DLMPolymer polymer);
+/*
+  f <- force on the velocity nodes (zero on walls) of the stress of C beyond what the implicit operator holds (P3). C belongs to `time`, the last
+  velocity to the time told to SetVelocity; order 2 extrapolates both to `target`. Collective.
+*/
+PETSC_EXTERN PetscErrorCode DLMPolymerForce(DLMPolymer polymer, PetscReal time, PetscReal target, PetscInt order, Vec f);
+/* Takes the velocity (u leads in x, more may follow) and its projected gradient. Collective. */
+PETSC_EXTERN PetscErrorCode DLMPolymerSetVelocity(DLMPolymer polymer, PetscReal time, Vec x);
+/* Advects C with that velocity over dt. Collective. */
+PETSC_EXTERN PetscErrorCode DLMPolymerAdvect(DLMPolymer polymer, PetscReal dt);
+/* Stretches and relaxes C with that gradient over dt: exactly under order 2, by the thesis's step under order 1. Collective. */
+PETSC_EXTERN PetscErrorCode DLMPolymerStretch(DLMPolymer polymer, PetscReal dt, PetscInt order);
+/* Collective. */
+PETSC_EXTERN PetscErrorCode DLMPolymerGetHealth(DLMPolymer polymer, DLMPolymerHealth *health);
+/* Keeps the state, and brings the kept one back. Collective. */
+PETSC_EXTERN PetscErrorCode DLMPolymerKeep(DLMPolymer polymer);
+PETSC_EXTERN PetscErrorCode DLMPolymerBringBack(DLMPolymer polymer);
+/* Stress work f.u of a velocity that vanishes on the walls, and minus stretching sum_a m_a tau_a : grad u_a. Equal to rounding. Collective. */
+PETSC_EXTERN PetscErrorCode DLMPolymerGetWork(DLMPolymer polymer, Vec u, PetscReal *stress_work, PetscReal *stretching);
+#endif

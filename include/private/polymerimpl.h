@@ -1,0 +1,83 @@
+#ifndef DLM_POLYMERIMPL_H
+#define DLM_POLYMERIMPL_H
+
+#include "../dlmpolymer.h"
+#include "gridimpl.h"
+#include "rheology.h"
+#include "stressgrad.h"
+#include "tensor.h"
+
+/*
+  Planar arrays of a rank: owned ones hold the n nodes of the rank, x1 fastest; ghosted ones one layer more on every side that has a neighbour.
+*/
+typedef struct {
+  PetscInt start[3], width[3], n;                /* owned nodes */
+  PetscInt ghost_start[3], ghost_width[3], n_ghosted;
+  long     stride[3];                            /* of ghosted arrays */
+} DLMPolymerBlock;
+
+/* A linear force at one time, kept for extrapolation. */
+typedef struct {
+  Vec       now, before;
+  PetscReal time_now, time_before;
+  PetscInt  n; /* how many of the two are known */
+} DLMForceHistory;
+
+/* A node whose tetrahedra a sphere's surface may cut, or that lies inside one. */
+typedef struct {
+  PetscInt  own, ghost;
+  PetscBool wall;
+} DLMCutNode;
+
+struct _p_DLMPolymer {
+  DLMGrid            grid;
+  DLMSpheres         spheres;
+  const DLMScene    *scene;
+  const DLMRheology *model;
+  DM                 dm;      /* one scalar per node, one ghost layer */
+  DLMPolymerBlock    block;
+  DLMKuhnRow         rows[27];
+  Vec                C;
+  Vec                owned, local; /* shells around planar arrays, for the exchange of ghosts */
+  double            *c[6];    /* planar components of C while it is checked out */
+  double            *gradient, *g[9]; /* owned: projected gradient of the last velocity */
+  double            *ghosted, *t[6], *r[6], *u[3]; /* ghosted work arrays; u: the last velocity */
+  double            *scratch; /* owned: 4 n */
+  double            *line;    /* work of the advection */
+  char              *inside;  /* ghosted: layer inside a sphere, 0 outside */
+  double            *level;   /* ghosted: distance to the nearest surface, positive in the fluid */
+  PetscInt           n_cut, cut_capacity;
+  DLMCutNode        *cut;
+  DLMKuhnCube        cube;
+  PetscReal          cut_offset;
+  PetscBool          weighted;
+  int                mirror;
+  PetscReal          velocity_time;
+  PetscBool          moves;   /* a velocity is known */
+  PetscReal          largest_speed; /* |u1| + |u2| + |u3| */
+  DLMForceHistory    stress, viscous;
+  DLMPolymerHealth   health;
+  Vec                kept_C, kept[4]; /* of the start of the step, like what follows */
+  double            *kept_gradient;
+  DLMForceHistory    kept_stress, kept_viscous;
+  PetscReal          kept_time;
+  PetscBool          kept_moves;
+};
+
+/* The lines of owned nodes: calls visit(polymer, place class, owned index, ghosted index, nodes, context) for runs of one class along x1. */
+typedef void (*DLMLineVisit)(DLMPolymer polymer, const DLMKuhnRow *row, PetscInt own, PetscInt ghost, PetscInt n, PetscBool wall, void *context);
+PETSC_INTERN void DLMPolymerLines(DLMPolymer polymer, DLMLineVisit visit, void *context);
+/* cut.c: level set and cut nodes of the present centres; gradient and force there, after the plain ones. f: interleaved, owned. */
+PETSC_INTERN PetscErrorCode DLMPolymerSetCut(DLMPolymer polymer);
+PETSC_INTERN void           DLMPolymerCutGradient(DLMPolymer polymer);
+PETSC_INTERN void           DLMPolymerCutForce(DLMPolymer polymer, double *f);
+/* owned[k] -> ghosted[k], n fields. Collective. */
+PETSC_INTERN PetscErrorCode DLMPolymerExchange(DLMPolymer polymer, PetscInt n, double *const owned[], double *const ghosted[]);
+/* Planar pointers into C; give them back. */
+PETSC_INTERN PetscErrorCode DLMPolymerCheckOut(DLMPolymer polymer);
+PETSC_INTERN PetscErrorCode DLMPolymerCheckIn(DLMPolymer polymer);
+/* A visit that writes the lumped masses of the owned nodes to context, a double[n]. */
+PETSC_INTERN void DLMPolymerMassVisit(DLMPolymer polymer, const DLMKuhnRow *row, PetscInt own, PetscInt ghost, PetscInt n, PetscBool wall, void *context);
+/* Notes in the health that a kernel found C unsound at owned node bad of this rank, or at none (bad < 0). Collective. */
+PETSC_INTERN PetscErrorCode DLMPolymerJudge(DLMPolymer polymer, long bad);
+#endif

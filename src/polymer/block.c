@@ -1,0 +1,186 @@
+#include "../../include/private/polymerimpl.h"
+
+void DLMPolymerLines(DLMPolymer p, DLMLineVisit visit, void *context)
+{
+  const DLMPolymerBlock *b = &p->block;
+  const PetscInt         cells = p->grid->cells[0];
+
+  for (PetscInt k = 0; k < b->width[2]; k++)
+    for (PetscInt j = 0; j < b->width[1]; j++) {
+      const int      place[2] = { DLMGridPlace(p->grid, 1, b->start[1] + j, p->grid->cells[1]), DLMGridPlace(p->grid, 2, b->start[2] + k, p->grid->cells[2]) };
+      const PetscInt own      = b->width[0] * (j + b->width[1] * k);
+      const PetscInt ghost    = (b->start[0] - b->ghost_start[0]) + b->stride[1] * (b->start[1] - b->ghost_start[1] + j) +
+                             b->stride[2] * (b->start[2] - b->ghost_start[2] + k);
+      for (PetscInt i = 0, n; i < b->width[0]; i += n) {
+        const int       first = DLMGridPlace(p->grid, 0, b->start[0] + i, cells);
+        const PetscBool wall  = (PetscBool)(first != DLM_INNER || place[0] != DLM_INNER || place[1] != DLM_INNER);
+        n                     = 1;
+        if (first == DLM_INNER)
+          while (i + n < b->width[0] && DLMGridPlace(p->grid, 0, b->start[0] + i + n, cells) == DLM_INNER) n++;
+        visit(p, &p->rows[first + 3 * place[0] + 9 * place[1]], own + i, ghost + i, n, wall, context);
+      }
+    }
+}
+
+PetscErrorCode DLMPolymerExchange(DLMPolymer p, PetscInt n, double *const owned[], double *const ghosted[])
+{
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < n; k++) {
+    PetscCall(VecPlaceArray(p->owned, owned[k]));
+    PetscCall(VecPlaceArray(p->local, ghosted[k]));
+    PetscCall(DMGlobalToLocal(p->dm, p->owned, INSERT_VALUES, p->local));
+    PetscCall(VecResetArray(p->local));
+    PetscCall(VecResetArray(p->owned));
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMPolymerCheckOut(DLMPolymer p)
+{
+  PetscFunctionBegin;
+  PetscCall(VecGetArray(p->C, &p->c[0]));
+  for (int k = 1; k < 6; k++) p->c[k] = p->c[0] + (size_t)k * p->block.n;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMPolymerCheckIn(DLMPolymer p)
+{
+  PetscFunctionBegin;
+  PetscCall(VecRestoreArray(p->C, &p->c[0]));
+  PetscFunctionReturn(0);
+}
+
+/* A scalar DMDA that shares the nodes as the velocity does. */
+static PetscErrorCode CreateScalarDM(DLMGrid grid, DM *dm)
+{
+  DMBoundaryType  boundary[3];
+  const PetscInt *share[3];
+
+  PetscFunctionBegin;
+  for (int d = 0; d < 3; d++) boundary[d] = grid->periodic[d] ? DM_BOUNDARY_PERIODIC : DM_BOUNDARY_NONE;
+  PetscCall(DMDAGetOwnershipRanges(grid->velocity, &share[0], &share[1], &share[2]));
+  PetscCall(DMDACreate3d(grid->comm, boundary[0], boundary[1], boundary[2], DMDA_STENCIL_BOX, grid->nodes[0], grid->nodes[1], grid->nodes[2],
+                         grid->processes[0], grid->processes[1], grid->processes[2], 1, 1, share[0], share[1], share[2], dm));
+  PetscCall(DMSetUp(*dm));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode FillBlock(DLMPolymer p)
+{
+  DLMPolymerBlock *b = &p->block;
+
+  PetscFunctionBegin;
+  PetscCall(DMDAGetCorners(p->dm, &b->start[0], &b->start[1], &b->start[2], &b->width[0], &b->width[1], &b->width[2]));
+  PetscCall(DMDAGetGhostCorners(p->dm, &b->ghost_start[0], &b->ghost_start[1], &b->ghost_start[2], &b->ghost_width[0], &b->ghost_width[1], &b->ghost_width[2]));
+  b->n         = b->width[0] * b->width[1] * b->width[2];
+  b->stride[0] = 1;
+  b->stride[1] = b->ghost_width[0];
+  b->stride[2] = b->ghost_width[0] * (long)b->ghost_width[1];
+  b->n_ghosted = b->stride[2] * b->ghost_width[2];
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode CreateHistory(Vec like, DLMForceHistory *h)
+{
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(like, &h->now));
+  PetscCall(VecDuplicate(like, &h->before));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode CreateArrays(DLMPolymer p)
+{
+  const PetscInt n = p->block.n, m = p->block.n_ghosted;
+  Vec            u;
+
+  PetscFunctionBegin;
+  PetscCall(VecCreateMPI(p->grid->comm, 6 * n, PETSC_DETERMINE, &p->C));
+  PetscCall(PetscObjectSetName((PetscObject)p->C, "conformation"));
+  PetscCall(VecCreateMPIWithArray(p->grid->comm, 1, n, PETSC_DETERMINE, NULL, &p->owned));
+  PetscCall(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, m, NULL, &p->local));
+  PetscCall(PetscCalloc5(9 * (size_t)n, &p->gradient, 15 * (size_t)m, &p->ghosted, 4 * (size_t)n, &p->scratch, 8 * (p->block.ghost_width[0] + 1), &p->line, m, &p->inside));
+  PetscCall(PetscMalloc1(m, &p->level));
+  for (int k = 0; k < 9; k++) p->g[k] = p->gradient + (size_t)k * n;
+  for (int k = 0; k < 6; k++) p->t[k] = p->ghosted + (size_t)k * m;
+  for (int k = 0; k < 6; k++) p->r[k] = p->ghosted + (size_t)(6 + k) * m;
+  for (int k = 0; k < 3; k++) p->u[k] = p->ghosted + (size_t)(12 + k) * m;
+  PetscCall(DMGetGlobalVector(p->grid->velocity, &u));
+  PetscCall(CreateHistory(u, &p->stress));
+  PetscCall(CreateHistory(u, &p->viscous));
+  PetscCall(DMRestoreGlobalVector(p->grid->velocity, &u));
+  PetscFunctionReturn(0);
+}
+
+/* C = I + amplitude sin(2 pi number x3/L3) (e_i e_j + e_j e_i) */
+static PetscErrorCode SetStart(DLMPolymer p)
+{
+  static const int       component[] = { [DLM_PLANE_12] = 3, [DLM_PLANE_13] = 4, [DLM_PLANE_23] = 5 };
+  const DLMPolymerBlock *b = &p->block;
+  const DLMScene        *s = p->scene;
+
+  PetscFunctionBegin;
+  PetscCall(VecZeroEntries(p->C));
+  PetscCall(DLMPolymerCheckOut(p));
+  for (PetscInt x = 0; x < b->n; x++) {
+    const PetscReal z = p->grid->lower[2] + p->grid->h * (b->start[2] + x / (b->width[0] * b->width[1]));
+    for (int k = 0; k < 3; k++) p->c[k][x] = 1.0;
+    p->c[component[s->polymer_mode_plane]][x] = s->polymer_mode_amplitude * PetscSinReal(2.0 * PETSC_PI * s->polymer_mode_number * z / s->box_size[2]);
+  }
+  PetscCall(DLMPolymerCheckIn(p));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMPolymerCreate(DLMGrid grid, DLMSpheres spheres, const DLMScene *scene, DLMPolymer *new_polymer)
+{
+  DLMPolymer p;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(&p));
+  p->grid    = grid;
+  p->spheres = spheres;
+  p->scene   = scene;
+  p->model   = DLMRheologyFind(scene->fluid_model);
+  PetscCall(CreateScalarDM(grid, &p->dm));
+  PetscCall(FillBlock(p));
+  DLMKuhnRowsFill(grid->h, p->rows);
+  DLMKuhnCubeFill(&p->cube);
+  p->weighted = PETSC_FALSE;
+  PetscCall(PetscOptionsGetReal(NULL, NULL, "-split_cut_offset", &p->cut_offset, NULL));
+  PetscCall(PetscOptionsGetBool(NULL, NULL, "-split_weighted", &p->weighted, NULL));
+  PetscCall(CreateArrays(p));
+  PetscCall(SetStart(p));
+  p->health.sound = PETSC_TRUE;
+  *new_polymer    = p;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMPolymerDestroy(DLMPolymer *pointer)
+{
+  DLMPolymer p = *pointer;
+
+  PetscFunctionBeginUser;
+  if (!p) PetscFunctionReturn(0);
+  PetscCall(VecDestroy(&p->stress.now));
+  PetscCall(VecDestroy(&p->stress.before));
+  PetscCall(VecDestroy(&p->viscous.now));
+  PetscCall(VecDestroy(&p->viscous.before));
+  PetscCall(VecDestroy(&p->C));
+  PetscCall(VecDestroy(&p->kept_C));
+  for (int k = 0; k < 4; k++) PetscCall(VecDestroy(&p->kept[k]));
+  PetscCall(PetscFree(p->kept_gradient));
+  PetscCall(VecDestroy(&p->owned));
+  PetscCall(VecDestroy(&p->local));
+  PetscCall(DMDestroy(&p->dm));
+  free(p->cut);
+  PetscCall(PetscFree(p->level));
+  PetscCall(PetscFree5(p->gradient, p->ghosted, p->scratch, p->line, p->inside));
+  PetscCall(PetscFree(*pointer));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMPolymerGetConformation(DLMPolymer p, Vec *C)
+{
+  PetscFunctionBeginUser;
+  *C = p->C;
+  PetscFunctionReturn(0);
+}

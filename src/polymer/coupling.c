@@ -1,0 +1,234 @@
+#include "../../include/private/polymerimpl.h"
+
+/* The velocity of x, interleaved with two ghost layers, as planar arrays with one. */
+static PetscErrorCode TakeVelocity(DLMPolymer p, Vec x)
+{
+  const DLMPolymerBlock *b = &p->block;
+  const PetscScalar     *all;
+  PetscScalar          ****v;
+  PetscReal              speed = 0.0;
+  Vec                    u, local;
+
+  PetscFunctionBegin;
+  PetscCall(DMGetGlobalVector(p->grid->velocity, &u));
+  PetscCall(DMGetLocalVector(p->grid->velocity, &local));
+  PetscCall(VecGetArrayRead(x, &all));
+  PetscCall(VecPlaceArray(u, all));
+  PetscCall(DMGlobalToLocal(p->grid->velocity, u, INSERT_VALUES, local));
+  PetscCall(VecResetArray(u));
+  PetscCall(VecRestoreArrayRead(x, &all));
+  PetscCall(DMDAVecGetArrayDOFRead(p->grid->velocity, local, &v));
+  for (PetscInt k = 0, q = 0; k < b->ghost_width[2]; k++)
+    for (PetscInt j = 0; j < b->ghost_width[1]; j++) {
+      const PetscScalar *line = v[b->ghost_start[2] + k][b->ghost_start[1] + j][b->ghost_start[0]];
+      for (PetscInt i = 0; i < b->ghost_width[0]; i++, q++) {
+        for (int c = 0; c < 3; c++) p->u[c][q] = line[3 * i + c];
+        speed = PetscMax(speed, PetscAbsReal(line[3 * i]) + PetscAbsReal(line[3 * i + 1]) + PetscAbsReal(line[3 * i + 2]));
+      }
+    }
+  PetscCall(DMDAVecRestoreArrayDOFRead(p->grid->velocity, local, &v));
+  PetscCall(DMRestoreLocalVector(p->grid->velocity, &local));
+  PetscCall(DMRestoreGlobalVector(p->grid->velocity, &u));
+  PetscCallMPI(MPI_Allreduce(&speed, &p->largest_speed, 1, MPIU_REAL, MPIU_MAX, p->grid->comm));
+  PetscFunctionReturn(0);
+}
+
+static void GradientVisit(DLMPolymer p, const DLMKuhnRow *row, PetscInt own, PetscInt ghost, PetscInt n, PetscBool wall, void *context)
+{
+  const double *u[3] = { p->u[0] + ghost, p->u[1] + ghost, p->u[2] + ghost };
+  double       *g[9];
+
+  for (int k = 0; k < 9; k++) g[k] = p->g[k] + own;
+  DLMGradientLine(row, p->block.stride, n, u, g);
+}
+
+PetscErrorCode DLMPolymerSetVelocity(DLMPolymer p, PetscReal time, Vec x)
+{
+  PetscFunctionBeginUser;
+  PetscCall(TakeVelocity(p, x));
+  DLMPolymerLines(p, GradientVisit, NULL);
+  if (p->weighted) DLMPolymerCutGradient(p);
+  p->velocity_time = time;
+  p->moves         = PETSC_TRUE;
+  PetscFunctionReturn(0);
+}
+
+typedef struct {
+  double *f;          /* interleaved, owned */
+  double *line[3];
+} ForceContext;
+
+static void ForceVisit(DLMPolymer p, const DLMKuhnRow *row, PetscInt own, PetscInt ghost, PetscInt n, PetscBool wall, void *context)
+{
+  ForceContext *c = context;
+  const double *T[6];
+  double       *f = c->f + 3 * own;
+
+  if (wall) { /* test functions vanish there */
+    PetscArrayzero(f, 3 * n);
+    return;
+  }
+  for (int k = 0; k < 6; k++) T[k] = p->t[k] + ghost;
+  DLMForceLine(row, p->block.stride, n, T, c->line);
+  for (PetscInt i = 0; i < n; i++)
+    for (int k = 0; k < 3; k++) f[3 * i + k] = c->line[k][i];
+}
+
+/* f <- div T of the owned planar tensor T, whose ghosts are fetched here. */
+static PetscErrorCode Divergence(DLMPolymer p, double *const T[6], Vec f)
+{
+  ForceContext c;
+
+  PetscFunctionBegin;
+  PetscCall(DLMPolymerExchange(p, 6, T, p->t));
+  for (int k = 0; k < 3; k++) c.line[k] = p->line + (size_t)k * (p->block.ghost_width[0] + 1);
+  PetscCall(VecGetArray(f, &c.f));
+  DLMPolymerLines(p, ForceVisit, &c);
+  if (p->weighted) DLMPolymerCutForce(p, c.f);
+  PetscCall(VecRestoreArray(f, &c.f));
+  PetscFunctionReturn(0);
+}
+
+/* Viscosities at every owned node: solvent[n], polymer[n]. Constant before the first velocity. */
+static void Viscosities(DLMPolymer p, double *solvent, double *polymer)
+{
+  const DLMScene *s = p->scene;
+  const double    mu = s->fluid_viscosity * s->retardation_time / s->relaxation_time;
+  double        **g = p->g;
+
+  if (p->model->viscosity && p->moves) {
+    double *rate = p->scratch + 3 * (size_t)p->block.n;
+    for (PetscInt x = 0; x < p->block.n; x++)
+      rate[x] = PetscSqrtReal(2.0 * (g[0][x] * g[0][x] + g[4][x] * g[4][x] + g[8][x] * g[8][x]) + PetscSqr(g[1][x] + g[3][x]) + PetscSqr(g[2][x] + g[6][x]) +
+                              PetscSqr(g[5][x] + g[7][x]));
+    p->model->viscosity(s, p->block.n, rate, solvent, polymer);
+    return;
+  }
+  for (PetscInt x = 0; x < p->block.n; x++) {
+    solvent[x] = mu;
+    polymer[x] = s->fluid_viscosity - mu;
+  }
+}
+
+/* T <- (eta/lambda1) (a C - b I) */
+static void ElasticStress(DLMPolymer p, const double *eta, double *const T[6])
+{
+  const PetscInt  n    = p->block.n;
+  const PetscReal rate = 1.0 / p->scene->relaxation_time;
+  double         *a = p->scratch + 2 * (size_t)n, *b = p->scratch + 3 * (size_t)n;
+
+  if (p->model->spring) {
+    for (PetscInt x = 0; x < n; x++) T[0][x] = p->c[0][x] + p->c[1][x] + p->c[2][x];
+    p->model->spring(p->scene, n, T[0], a, b);
+  }
+  for (int k = 0; k < 6; k++) {
+    const double *c = p->c[k];
+    const double  unit = k < 3 ? 1.0 : 0.0;
+    if (p->model->spring)
+      for (PetscInt x = 0; x < n; x++) T[k][x] = rate * eta[x] * (a[x] * c[x] - unit * b[x]);
+    else
+      for (PetscInt x = 0; x < n; x++) T[k][x] = rate * eta[x] * (c[x] - unit);
+  }
+}
+
+/* T += 2 (mu - mu_implicit) D of the last velocity */
+static void AddViscousStress(DLMPolymer p, const double *mu, double *const T[6])
+{
+  static const int first[6] = { 0, 4, 8, 1, 2, 5 }, second[6] = { 0, 4, 8, 3, 6, 7 };
+  const double     implicit = p->scene->implicit_viscosity;
+
+  for (int k = 0; k < 6; k++) {
+    const double *g = p->g[first[k]], *h = p->g[second[k]];
+    for (PetscInt x = 0; x < p->block.n; x++) T[k][x] += (mu[x] - implicit) * (g[x] + h[x]);
+  }
+}
+
+/* The velocity's part of the force exists where the implicit operator does not hold the solvent's viscosity. */
+static PetscBool HasViscousForce(DLMPolymer p)
+{
+  return (PetscBool)(p->moves && (p->model->viscosity || p->scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES));
+}
+
+static void Push(DLMForceHistory *h, PetscReal time)
+{
+  const Vec old = h->before;
+
+  if (h->n > 0 && time == h->time_now) return; /* the same moment again: what is newest is replaced */
+  h->before      = h->now;
+  h->now         = old;
+  h->time_before = h->time_now;
+  h->time_now    = time;
+  h->n           = PetscMin(2, h->n + 1);
+}
+
+/* f += the force extrapolated to target, by `order` - 1 differences. */
+static PetscErrorCode AddExtrapolated(const DLMForceHistory *h, PetscReal target, PetscInt order, PetscReal damping, Vec f)
+{
+  const PetscReal w = order == 2 && h->n == 2 ? damping * (target - h->time_now) / (h->time_now - h->time_before) : 0.0;
+
+  PetscFunctionBegin;
+  PetscCall(VecAXPY(f, 1.0 + w, h->now));
+  if (w != 0.0) PetscCall(VecAXPY(f, -w, h->before));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMPolymerForce(DLMPolymer p, PetscReal time, PetscReal target, PetscInt order, Vec f)
+{
+  const PetscInt n  = p->block.n;
+  double        *mu = p->scratch, *eta = p->scratch + (size_t)n, *T[6];
+
+  PetscFunctionBeginUser;
+  for (int k = 0; k < 6; k++) T[k] = p->r[k];
+  PetscCall(DLMPolymerCheckOut(p));
+  Viscosities(p, mu, eta);
+  ElasticStress(p, eta, T);
+  if (order < 2) {
+    if (HasViscousForce(p)) {
+      Viscosities(p, mu, eta);
+      AddViscousStress(p, mu, T);
+    }
+    PetscCall(Divergence(p, T, f));
+    PetscCall(DLMPolymerCheckIn(p));
+    PetscFunctionReturn(0);
+  }
+  PetscCall(VecZeroEntries(f));
+  Push(&p->stress, time);
+  PetscCall(Divergence(p, T, p->stress.now));
+  PetscCall(AddExtrapolated(&p->stress, target, order, 1.0, f));
+  if (HasViscousForce(p)) {
+    for (int k = 0; k < 6; k++) PetscCall(PetscArrayzero(T[k], n));
+    Viscosities(p, mu, eta);
+    AddViscousStress(p, mu, T);
+    Push(&p->viscous, p->velocity_time);
+    PetscCall(Divergence(p, T, p->viscous.now));
+    PetscCall(AddExtrapolated(&p->viscous, target, order, 0.5, f));
+  }
+  PetscCall(DLMPolymerCheckIn(p));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMPolymerGetWork(DLMPolymer p, Vec u, PetscReal *stress_work, PetscReal *stretching)
+{
+  const PetscInt n = p->block.n;
+  double        *T[6], *mu = p->scratch, *eta = p->scratch + (size_t)n, *mass = p->scratch;
+  PetscReal      sum = 0.0;
+  Vec            f;
+
+  PetscFunctionBeginUser;
+  for (int k = 0; k < 6; k++) T[k] = p->r[k];
+  PetscCall(VecDuplicate(u, &f));
+  PetscCall(DLMPolymerCheckOut(p));
+  Viscosities(p, mu, eta);
+  ElasticStress(p, eta, T);
+  PetscCall(Divergence(p, T, f));
+  PetscCall(DLMPolymerCheckIn(p));
+  PetscCall(VecDot(f, u, stress_work));
+  PetscCall(DLMPolymerSetVelocity(p, p->velocity_time, u));
+  DLMPolymerLines(p, DLMPolymerMassVisit, mass);
+  for (PetscInt x = 0; x < n; x++)
+    sum -= mass[x] * (T[0][x] * p->g[0][x] + T[1][x] * p->g[4][x] + T[2][x] * p->g[8][x] + T[3][x] * (p->g[1][x] + p->g[3][x]) +
+                      T[4][x] * (p->g[2][x] + p->g[6][x]) + T[5][x] * (p->g[5][x] + p->g[7][x]));
+  PetscCallMPI(MPI_Allreduce(&sum, stretching, 1, MPIU_REAL, MPIU_SUM, p->grid->comm));
+  PetscCall(VecDestroy(&f));
+  PetscFunctionReturn(0);
+}

@@ -1,0 +1,162 @@
+#include "../../include/private/simimpl.h"
+
+PetscErrorCode DLMSimulationCreatePolymer(DLMSimulation sim)
+{
+  Vec x, u;
+
+  PetscFunctionBegin;
+  if (sim->scene->fluid_model == DLM_FLUID_NEWTONIAN) PetscFunctionReturn(0);
+  PetscCall(DLMPolymerCreate(sim->grid, sim->spheres, &sim->riding, &sim->polymer));
+  PetscCall(DLMSaddleGetFluid(sim->saddle, &x));
+  PetscCall(DLMStokesGetParts(sim->stokes, x, &u, NULL));
+  PetscCall(VecDuplicate(u, &sim->body_force));
+  PetscCall(DLMStokesRestoreParts(sim->stokes, x, &u, NULL));
+  sim->worst = (DLMPolymerHealth){ .smallest_eigenvalue = 1.0, .largest_trace = 3.0, .sound = PETSC_TRUE };
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSimulationDestroyPolymer(DLMSimulation sim)
+{
+  PetscFunctionBegin;
+  PetscCall(VecDestroy(&sim->body_force));
+  PetscCall(PetscFree(sim->kept));
+  PetscCall(DLMPolymerDestroy(&sim->polymer));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode SolveSaddle(DLMSimulation sim, DLMInertia inertia)
+{
+  PetscFunctionBegin;
+  PetscCall(DLMSaddleSolve(sim->saddle, inertia, sim->spheres ? sim->force : NULL, sim->spheres ? sim->torque : NULL, sim->body_force));
+  PetscFunctionReturn(0);
+}
+
+/*
+  The both-sides coupling takes the projected gradient from the last velocity. Before the first step there is none: u = S(u) is solved by Chebyshev
+  iteration, whose operator I - S' has its eigenvalues between the solvent's part of the viscosity and 1 (docs/theory.md, P4).
+*/
+static PetscErrorCode SolveFirstFlow(DLMSimulation sim, PetscReal t, PetscReal target, PetscInt order, DLMInertia inertia)
+{
+  const DLMScene *scene = sim->scene;
+  const PetscReal low = PetscMax(scene->retardation_time / scene->relaxation_time, 0.05), theta = 0.5 * (1.0 + low), delta = 0.5 * (1.0 - low);
+  PetscReal       rho = delta / theta, size, change;
+  DLMSphereState *state, *start = NULL;
+  PetscInt        n = 0;
+  Vec             x, u, d;
+
+  PetscFunctionBegin;
+  if (sim->spheres) {
+    PetscCall(DLMSpheresGetStates(sim->spheres, &n, &state));
+    PetscCall(PetscMalloc1(n, &start));
+    PetscCall(PetscArraycpy(start, state, n));
+  }
+  PetscCall(DLMSaddleGetFluid(sim->saddle, &x));
+  PetscCall(VecDuplicate(x, &u));
+  PetscCall(VecDuplicate(x, &d));
+  PetscCall(DLMPolymerForce(sim->polymer, t, t, 1, sim->body_force));
+  PetscCall(SolveSaddle(sim, inertia));
+  PetscCall(VecCopy(x, u));
+  for (PetscInt k = 0; k < 40; k++) {
+    PetscCall(DLMPolymerSetVelocity(sim->polymer, target, u));
+    PetscCall(DLMPolymerForce(sim->polymer, t, t, 1, sim->body_force));
+    if (n) PetscCall(PetscArraycpy(state, start, n));
+    PetscCall(SolveSaddle(sim, inertia));
+    PetscCall(VecNorm(x, NORM_2, &size));
+    PetscCall(VecAXPBY(u, 1.0, -1.0, x)); /* u <- S(u) - u */
+    PetscCall(VecNorm(u, NORM_2, &change));
+    if (k == 0) {
+      PetscCall(VecCopy(u, d));
+      PetscCall(VecScale(d, 1.0 / theta));
+    } else {
+      const PetscReal next = 1.0 / (2.0 * theta / delta - rho);
+      PetscCall(VecAXPBY(d, 2.0 * next / delta, next * rho, u));
+      rho = next;
+    }
+    PetscCall(VecAXPBY(u, 1.0, -1.0, x)); /* the old u again */
+    PetscCall(VecAXPY(u, 1.0, d));
+    if (change <= PetscMax(10.0 * scene->saddle_rtol, 1e-7) * size) break;
+  }
+  PetscCall(VecDestroy(&u));
+  PetscCall(VecDestroy(&d));
+  PetscCall(PetscFree(start));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSimulationSolveFlow(DLMSimulation sim, PetscReal t, PetscReal dt, DLMInertia inertia)
+{
+  PetscReal target;
+  PetscInt  order;
+  Vec       x;
+
+  PetscFunctionBegin;
+  if (!sim->polymer) {
+    PetscCall(SolveSaddle(sim, inertia));
+    PetscFunctionReturn(0);
+  }
+  PetscCall(DLMSplitGetScheme(sim->ts, NULL, &order));
+  target = t + (order == 2 ? 0.5 : 1.0) * dt;
+  PetscCall(DLMPolymerSetInside(sim->polymer));
+  if (sim->scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES && !sim->flowing) {
+    PetscCall(SolveFirstFlow(sim, t, target, order, inertia));
+  } else {
+    PetscCall(DLMPolymerForce(sim->polymer, t, target, order, sim->body_force));
+    PetscCall(SolveSaddle(sim, inertia));
+  }
+  sim->flowing = PETSC_TRUE;
+  PetscCall(DLMSaddleGetFluid(sim->saddle, &x));
+  PetscCall(DLMPolymerSetVelocity(sim->polymer, target, x));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode Advect(void *context, PetscReal t, PetscReal dt, PetscReal fraction)
+{
+  PetscFunctionBegin;
+  PetscCall(DLMPolymerAdvect(((DLMSimulation)context)->polymer, fraction * dt));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode Stretch(void *context, PetscReal t, PetscReal dt, PetscReal fraction)
+{
+  DLMSimulation sim = (DLMSimulation)context;
+  PetscInt      order;
+
+  PetscFunctionBegin;
+  PetscCall(DLMSplitGetScheme(sim->ts, NULL, &order));
+  PetscCall(DLMPolymerStretch(sim->polymer, fraction * dt, order));
+  PetscFunctionReturn(0);
+}
+
+/* C must be finite and positive definite, or the step is rejected. */
+static PetscErrorCode Judge(void *context, PetscReal t, PetscReal dt, PetscReal fraction)
+{
+  DLMSimulation    sim = (DLMSimulation)context;
+  DLMPolymerHealth now;
+
+  PetscFunctionBegin;
+  PetscCall(DLMPolymerGetHealth(sim->polymer, &now));
+  if (!now.sound) {
+    sim->worst_time = t + dt;
+    for (int d = 0; d < 3; d++) sim->worst.place[d] = now.place[d];
+    PetscCall(DLMSplitReject(sim->ts));
+    PetscFunctionReturn(0);
+  }
+  if (now.smallest_eigenvalue < sim->worst.smallest_eigenvalue) {
+    sim->worst.smallest_eigenvalue = now.smallest_eigenvalue;
+    for (int d = 0; d < 3; d++) sim->worst.place[d] = now.place[d];
+    sim->worst_time = t + dt;
+  }
+  sim->worst.largest_trace = PetscMax(sim->worst.largest_trace, now.largest_trace);
+  sim->worst.courant       = PetscMax(sim->worst.courant, now.courant);
+  sim->worst.substeps      = PetscMax(sim->worst.substeps, now.substeps);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSimulationAddPolymerSubsteps(DLMSimulation sim)
+{
+  PetscFunctionBegin;
+  PetscCall(DLMSplitAddSubstep(sim->ts, "advect", Advect, sim));
+  PetscCall(DLMSplitAddSubstep(sim->ts, "stretch", Stretch, sim));
+  PetscCall(DLMSplitAddSubstep(sim->ts, "judge", Judge, sim));
+  PetscCall(DLMSplitSetRetry(sim->ts, DLMSimulationKeep, DLMSimulationBringBack, DLMSimulationGiveUp, sim));
+  PetscFunctionReturn(0);
+}
