@@ -23,12 +23,6 @@ typedef struct {
   PetscInt  n; /* how many of the two are known */
 } DLMForceHistory;
 
-/* A node whose tetrahedra a sphere's surface may cut, or that lies inside one. */
-typedef struct {
-  PetscInt  own, ghost;
-  PetscBool wall;
-} DLMCutNode;
-
 struct _p_DLMPolymer {
   DLMGrid            grid;
   DLMSpheres         spheres;
@@ -45,13 +39,7 @@ struct _p_DLMPolymer {
   double            *scratch; /* owned: 4 n */
   double            *line;    /* work of the advection */
   char              *inside;  /* ghosted: layer inside a sphere, 0 outside */
-  double            *level;   /* ghosted: distance to the nearest surface, positive in the fluid */
-  PetscInt           n_cut, cut_capacity;
-  DLMCutNode        *cut;
-  DLMKuhnCube        cube;
-  PetscReal          cut_offset;
-  PetscBool          weighted;
-  int                mirror;
+  int                mirror;  /* which of the four ways to cut the cubes the last advection took */
   PetscReal          velocity_time;
   PetscBool          moves;   /* a velocity is known */
   PetscReal          largest_speed; /* |u1| + |u2| + |u3| */
@@ -67,10 +55,8 @@ struct _p_DLMPolymer {
 /* The lines of owned nodes: calls visit(polymer, place class, owned index, ghosted index, nodes, context) for runs of one class along x1. */
 typedef void (*DLMLineVisit)(DLMPolymer polymer, const DLMKuhnRow *row, PetscInt own, PetscInt ghost, PetscInt n, PetscBool wall, void *context);
 PETSC_INTERN void DLMPolymerLines(DLMPolymer polymer, DLMLineVisit visit, void *context);
-/* cut.c: level set and cut nodes of the present centres; gradient and force there, after the plain ones. f: interleaved, owned. */
-PETSC_INTERN PetscErrorCode DLMPolymerSetCut(DLMPolymer polymer);
-PETSC_INTERN void           DLMPolymerCutGradient(DLMPolymer polymer);
-PETSC_INTERN void           DLMPolymerCutForce(DLMPolymer polymer, double *f);
+/* inside.c: continues the owned planar tensor T into the two layers below the surfaces if the scene asks for it. Uses t. Collective. */
+PETSC_INTERN PetscErrorCode DLMPolymerExtend(DLMPolymer polymer, double *const T[6]);
 /* owned[k] -> ghosted[k], n fields. Collective. */
 PETSC_INTERN PetscErrorCode DLMPolymerExchange(DLMPolymer polymer, PetscInt n, double *const owned[], double *const ghosted[]);
 /* Planar pointers into C; give them back. */

@@ -99,7 +99,6 @@ static PetscErrorCode CreateArrays(DLMPolymer p)
   PetscCall(VecCreateMPIWithArray(p->grid->comm, 1, n, PETSC_DETERMINE, NULL, &p->owned));
   PetscCall(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, m, NULL, &p->local));
   PetscCall(PetscCalloc5(9 * (size_t)n, &p->gradient, 15 * (size_t)m, &p->ghosted, 4 * (size_t)n, &p->scratch, 8 * (p->block.ghost_width[0] + 1), &p->line, m, &p->inside));
-  PetscCall(PetscMalloc1(m, &p->level));
   for (int k = 0; k < 9; k++) p->g[k] = p->gradient + (size_t)k * n;
   for (int k = 0; k < 6; k++) p->t[k] = p->ghosted + (size_t)k * m;
   for (int k = 0; k < 6; k++) p->r[k] = p->ghosted + (size_t)(6 + k) * m;
@@ -143,10 +142,6 @@ PetscErrorCode DLMPolymerCreate(DLMGrid grid, DLMSpheres spheres, const DLMScene
   PetscCall(CreateScalarDM(grid, &p->dm));
   PetscCall(FillBlock(p));
   DLMKuhnRowsFill(grid->h, p->rows);
-  DLMKuhnCubeFill(&p->cube);
-  p->weighted = PETSC_FALSE;
-  PetscCall(PetscOptionsGetReal(NULL, NULL, "-split_cut_offset", &p->cut_offset, NULL));
-  PetscCall(PetscOptionsGetBool(NULL, NULL, "-split_weighted", &p->weighted, NULL));
   PetscCall(CreateArrays(p));
   PetscCall(SetStart(p));
   p->health.sound = PETSC_TRUE;
@@ -171,8 +166,6 @@ PetscErrorCode DLMPolymerDestroy(DLMPolymer *pointer)
   PetscCall(VecDestroy(&p->owned));
   PetscCall(VecDestroy(&p->local));
   PetscCall(DMDestroy(&p->dm));
-  free(p->cut);
-  PetscCall(PetscFree(p->level));
   PetscCall(PetscFree5(p->gradient, p->ghosted, p->scratch, p->line, p->inside));
   PetscCall(PetscFree(*pointer));
   PetscFunctionReturn(0);

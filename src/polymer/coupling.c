@@ -47,7 +47,6 @@ PetscErrorCode DLMPolymerSetVelocity(DLMPolymer p, PetscReal time, Vec x)
   PetscFunctionBeginUser;
   PetscCall(TakeVelocity(p, x));
   DLMPolymerLines(p, GradientVisit, NULL);
-  if (p->weighted) DLMPolymerCutGradient(p);
   p->velocity_time = time;
   p->moves         = PETSC_TRUE;
   PetscFunctionReturn(0);
@@ -80,11 +79,11 @@ static PetscErrorCode Divergence(DLMPolymer p, double *const T[6], Vec f)
   ForceContext c;
 
   PetscFunctionBegin;
+  PetscCall(DLMPolymerExtend(p, T));
   PetscCall(DLMPolymerExchange(p, 6, T, p->t));
   for (int k = 0; k < 3; k++) c.line[k] = p->line + (size_t)k * (p->block.ghost_width[0] + 1);
   PetscCall(VecGetArray(f, &c.f));
   DLMPolymerLines(p, ForceVisit, &c);
-  if (p->weighted) DLMPolymerCutForce(p, c.f);
   PetscCall(VecRestoreArray(f, &c.f));
   PetscFunctionReturn(0);
 }

@@ -38,31 +38,48 @@ static PetscErrorCode MarkInside(DLMPolymer p)
   PetscFunctionReturn(0);
 }
 
+/* A tensor field and the layer that is filled, or the least one that is reset. */
+typedef struct {
+  double *const *T;
+  char           layer;
+} Layer;
+
 static void ResetVisit(DLMPolymer p, const DLMKuhnRow *row, PetscInt own, PetscInt ghost, PetscInt n, PetscBool wall, void *context)
 {
-  const char least = *(const char *)context;
+  const Layer *l = context;
 
   for (PetscInt x = 0; x < n; x++)
-    for (int k = 0; k < 6 && p->inside[ghost + x] >= least; k++) p->c[k][own + x] = k < 3 ? 1.0 : 0.0;
+    for (int k = 0; k < 6 && p->inside[ghost + x] >= l->layer; k++) l->T[k][own + x] = k < 3 ? 1.0 : 0.0;
 }
 
-/* Every node of a layer takes the mean of its neighbours in the layers outside it: a convex mean stays positive definite. */
-static void LayerVisit(DLMPolymer p, const DLMKuhnRow *row, PetscInt own, PetscInt ghost, PetscInt n, PetscBool wall, void *context)
+/* Every node of a layer takes the mean of its neighbours in the layers outside it: a convex mean, so C stays positive definite. */
+static void FillVisit(DLMPolymer p, const DLMKuhnRow *row, PetscInt own, PetscInt ghost, PetscInt n, PetscBool wall, void *context)
 {
-  const char layer = *(const char *)context;
+  const Layer *l = context;
 
-  for (PetscInt x = 0; x < n; x++) {
+  for (PetscInt x = 0; x < n && !wall; x++) {
     double sum[6] = { 0.0 }, weight = 0.0;
-    if (p->inside[ghost + x] != layer || wall) continue;
+    if (p->inside[ghost + x] != l->layer) continue;
     for (int e = 0; e < row->n; e++) {
-      const long at = ghost + x + row->offset[e][0] + row->offset[e][1] * p->block.stride[1] + row->offset[e][2] * p->block.stride[2];
-      if (p->inside[at] >= layer) continue;
-      const double w = 1.0 / (PetscAbsInt(row->offset[e][0]) + PetscAbsInt(row->offset[e][1]) + PetscAbsInt(row->offset[e][2]));
+      const long   at = ghost + x + row->offset[e][0] + row->offset[e][1] * p->block.stride[1] + row->offset[e][2] * p->block.stride[2];
+      const double w  = 1.0 / (PetscAbsInt(row->offset[e][0]) + PetscAbsInt(row->offset[e][1]) + PetscAbsInt(row->offset[e][2]));
+      if (p->inside[at] >= l->layer) continue;
       weight += w;
       for (int k = 0; k < 6; k++) sum[k] += w * p->t[k][at];
     }
-    for (int k = 0; k < 6 && weight > 0.0; k++) p->c[k][own + x] = sum[k] / weight;
+    for (int k = 0; k < 6 && weight > 0.0; k++) l->T[k][own + x] = sum[k] / weight;
   }
+}
+
+PetscErrorCode DLMPolymerExtend(DLMPolymer p, double *const T[6])
+{
+  PetscFunctionBegin;
+  if (!p->spheres || p->scene->polymer_inside != DLM_INSIDE_EXTEND) PetscFunctionReturn(0);
+  for (char layer = 1; layer <= 2; layer++) {
+    PetscCall(DLMPolymerExchange(p, 6, T, p->t));
+    DLMPolymerLines(p, FillVisit, &(Layer){ T, layer });
+  }
+  PetscFunctionReturn(0);
 }
 
 PetscErrorCode DLMPolymerSetInside(DLMPolymer p)
@@ -70,16 +87,11 @@ PetscErrorCode DLMPolymerSetInside(DLMPolymer p)
   const DLMInside rule = p->scene->polymer_inside;
 
   PetscFunctionBeginUser;
-  PetscCall(DLMPolymerSetCut(p));
   if (!p->spheres || rule == DLM_INSIDE_EVOLVE) PetscFunctionReturn(0);
   PetscCall(MarkInside(p));
   PetscCall(DLMPolymerCheckOut(p));
-  DLMPolymerLines(p, ResetVisit, &(char){ rule == DLM_INSIDE_IDENTITY ? 1 : 3 });
-  if (rule == DLM_INSIDE_EXTEND)
-    for (char layer = 1; layer <= 2; layer++) {
-      PetscCall(DLMPolymerExchange(p, 6, p->c, p->t));
-      DLMPolymerLines(p, LayerVisit, &layer);
-    }
+  DLMPolymerLines(p, ResetVisit, &(Layer){ p->c, rule == DLM_INSIDE_IDENTITY ? 1 : 3 });
+  PetscCall(DLMPolymerExtend(p, p->c));
   PetscCall(DLMPolymerCheckIn(p));
   PetscFunctionReturn(0);
 }
