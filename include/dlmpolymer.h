@@ -32,7 +32,7 @@ PETSC_EXTERN PetscErrorCode DLMPolymerGetConformation(DLMPolymer polymer, Vec *C
 PETSC_EXTERN PetscErrorCode DLMPolymerSetInside(DLMPolymer polymer);
 /*
   f <- force on the velocity nodes (zero on walls) of the stress of C beyond what the implicit operator holds (P3). C belongs to `time`, the last
-  velocity to the time told to SetVelocity; order 2 extrapolates both to `target`. Collective.
+  velocity to the time told to SetVelocity; order 2 extrapolates the force to `target`. Collective.
 */
 PETSC_EXTERN PetscErrorCode DLMPolymerForce(DLMPolymer polymer, PetscReal time, PetscReal target, PetscInt order, Vec f);
 /* Takes the velocity (u leads in x, more may follow) and its projected gradient. Collective. */

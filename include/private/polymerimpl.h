@@ -16,9 +16,9 @@ typedef struct {
   long     stride[3];                            /* of ghosted arrays */
 } DLMPolymerBlock;
 
-/* A linear force at one time, kept for extrapolation. */
+/* The force of the extra stress at the last two moments, and a vector to write the next one to. */
 typedef struct {
-  Vec       now, before;
+  Vec       now, before, spare;
   PetscReal time_now, time_before;
   PetscInt  n; /* how many of the two are known */
 } DLMForceHistory;
@@ -34,7 +34,9 @@ struct _p_DLMPolymer {
   Vec                C;
   Vec                owned, local; /* shells around planar arrays, for the exchange of ghosts */
   double            *c[6];    /* planar components of C while it is checked out */
-  double            *gradient, *g[9]; /* owned: projected gradient of the last velocity */
+  double            *gradient[2], *g[9]; /* owned: projected gradient of the last velocity, g in one of two buffers; the other keeps that of the step before */
+  int                buffer;
+  PetscBool          fresh;   /* a velocity came since the state was kept */
   double            *ghosted, *t[6], *r[6], *u[3]; /* ghosted work arrays; u: the last velocity */
   double            *scratch; /* owned: 4 n */
   double            *line;    /* work of the advection */
@@ -43,11 +45,10 @@ struct _p_DLMPolymer {
   PetscReal          velocity_time;
   PetscBool          moves;   /* a velocity is known */
   PetscReal          largest_speed; /* |u1| + |u2| + |u3| */
-  DLMForceHistory    stress, viscous;
+  DLMForceHistory    force;
   DLMPolymerHealth   health;
-  Vec                kept_C, kept[4]; /* of the start of the step, like what follows */
-  double            *kept_gradient;
-  DLMForceHistory    kept_stress, kept_viscous;
+  Vec                kept_C; /* of the start of the step, like what follows */
+  DLMForceHistory    kept_force;
   PetscReal          kept_time;
   PetscBool          kept_moves;
 };
@@ -57,6 +58,8 @@ typedef void (*DLMLineVisit)(DLMPolymer polymer, const DLMKuhnRow *row, PetscInt
 PETSC_INTERN void DLMPolymerLines(DLMPolymer polymer, DLMLineVisit visit, void *context);
 /* inside.c: continues the owned planar tensor T into the two layers below the surfaces if the scene asks for it. Uses t. Collective. */
 PETSC_INTERN PetscErrorCode DLMPolymerExtend(DLMPolymer polymer, double *const T[6]);
+/* keep.c: makes the other gradient buffer the present one. */
+PETSC_INTERN void DLMPolymerTurnGradient(DLMPolymer polymer);
 /* owned[k] -> ghosted[k], n fields. Collective. */
 PETSC_INTERN PetscErrorCode DLMPolymerExchange(DLMPolymer polymer, PetscInt n, double *const owned[], double *const ghosted[]);
 /* Planar pointers into C; give them back. */

@@ -25,8 +25,8 @@ void DLMForceLine(const DLMKuhnRow *row, const long stride[3], long n, const dou
 
     r[a] += sum over tetrahedra of  - first int phi_a u.grad phi - second int (u.grad phi_a)(u.grad phi),   u its mean over the tetrahedron
 
-  work: 8 cells[0] doubles.
+  mirror: bit d set cuts the cubes mirrored along axis d.
 */
-void DLMAdvectCells(const long cells[3], const long stride[3], double h, double first, double second, const double *const u[3], const double *const phi[6],
-                    double *const r[6], double *work, int mirror);
+void DLMAdvectCells(const long cells[3], const long stride[3], double h, double first, double second, int mirror, const double *const u[3], const double *const phi[6],
+                    double *const r[6]);
 #endif

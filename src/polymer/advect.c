@@ -93,7 +93,7 @@ static PetscErrorCode AddResidual(DLMPolymer p, double *const phi[6], PetscReal 
     r[k]  = p->r[k] + base;
   }
   for (int k = 0; k < 3; k++) u[k] = p->u[k] + base;
-  DLMAdvectCells(cells, p->block.stride, p->grid->h, first, second, u, at, r, p->line, p->mirror);
+  DLMAdvectCells(cells, p->block.stride, p->grid->h, first, second, p->mirror, u, at, r);
   PetscFunctionReturn(0);
 }
 

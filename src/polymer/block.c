@@ -80,14 +80,6 @@ static PetscErrorCode FillBlock(DLMPolymer p)
   PetscFunctionReturn(0);
 }
 
-static PetscErrorCode CreateHistory(Vec like, DLMForceHistory *h)
-{
-  PetscFunctionBegin;
-  PetscCall(VecDuplicate(like, &h->now));
-  PetscCall(VecDuplicate(like, &h->before));
-  PetscFunctionReturn(0);
-}
-
 static PetscErrorCode CreateArrays(DLMPolymer p)
 {
   const PetscInt n = p->block.n, m = p->block.n_ghosted;
@@ -98,14 +90,15 @@ static PetscErrorCode CreateArrays(DLMPolymer p)
   PetscCall(PetscObjectSetName((PetscObject)p->C, "conformation"));
   PetscCall(VecCreateMPIWithArray(p->grid->comm, 1, n, PETSC_DETERMINE, NULL, &p->owned));
   PetscCall(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, m, NULL, &p->local));
-  PetscCall(PetscCalloc5(9 * (size_t)n, &p->gradient, 15 * (size_t)m, &p->ghosted, 4 * (size_t)n, &p->scratch, 8 * (p->block.ghost_width[0] + 1), &p->line, m, &p->inside));
-  for (int k = 0; k < 9; k++) p->g[k] = p->gradient + (size_t)k * n;
+  PetscCall(PetscCalloc6(9 * (size_t)n, &p->gradient[0], 9 * (size_t)n, &p->gradient[1], 15 * (size_t)m, &p->ghosted, 4 * (size_t)n, &p->scratch, 3 * p->block.ghost_width[0], &p->line, m, &p->inside));
+  DLMPolymerTurnGradient(p);
   for (int k = 0; k < 6; k++) p->t[k] = p->ghosted + (size_t)k * m;
   for (int k = 0; k < 6; k++) p->r[k] = p->ghosted + (size_t)(6 + k) * m;
   for (int k = 0; k < 3; k++) p->u[k] = p->ghosted + (size_t)(12 + k) * m;
   PetscCall(DMGetGlobalVector(p->grid->velocity, &u));
-  PetscCall(CreateHistory(u, &p->stress));
-  PetscCall(CreateHistory(u, &p->viscous));
+  PetscCall(VecDuplicate(u, &p->force.now));
+  PetscCall(VecDuplicate(u, &p->force.before));
+  PetscCall(VecDuplicate(u, &p->force.spare));
   PetscCall(DMRestoreGlobalVector(p->grid->velocity, &u));
   PetscFunctionReturn(0);
 }
@@ -155,18 +148,15 @@ PetscErrorCode DLMPolymerDestroy(DLMPolymer *pointer)
 
   PetscFunctionBeginUser;
   if (!p) PetscFunctionReturn(0);
-  PetscCall(VecDestroy(&p->stress.now));
-  PetscCall(VecDestroy(&p->stress.before));
-  PetscCall(VecDestroy(&p->viscous.now));
-  PetscCall(VecDestroy(&p->viscous.before));
+  PetscCall(VecDestroy(&p->force.now));
+  PetscCall(VecDestroy(&p->force.before));
+  PetscCall(VecDestroy(&p->force.spare));
   PetscCall(VecDestroy(&p->C));
   PetscCall(VecDestroy(&p->kept_C));
-  for (int k = 0; k < 4; k++) PetscCall(VecDestroy(&p->kept[k]));
-  PetscCall(PetscFree(p->kept_gradient));
   PetscCall(VecDestroy(&p->owned));
   PetscCall(VecDestroy(&p->local));
   PetscCall(DMDestroy(&p->dm));
-  PetscCall(PetscFree5(p->gradient, p->ghosted, p->scratch, p->line, p->inside));
+  PetscCall(PetscFree6(p->gradient[0], p->gradient[1], p->ghosted, p->scratch, p->line, p->inside));
   PetscCall(PetscFree(*pointer));
   PetscFunctionReturn(0);
 }

@@ -46,6 +46,8 @@ PetscErrorCode DLMPolymerSetVelocity(DLMPolymer p, PetscReal time, Vec x)
 {
   PetscFunctionBeginUser;
   PetscCall(TakeVelocity(p, x));
+  if (!p->fresh) DLMPolymerTurnGradient(p);
+  p->fresh = PETSC_TRUE;
   DLMPolymerLines(p, GradientVisit, NULL);
   p->velocity_time = time;
   p->moves         = PETSC_TRUE;
@@ -81,7 +83,7 @@ static PetscErrorCode Divergence(DLMPolymer p, double *const T[6], Vec f)
   PetscFunctionBegin;
   PetscCall(DLMPolymerExtend(p, T));
   PetscCall(DLMPolymerExchange(p, 6, T, p->t));
-  for (int k = 0; k < 3; k++) c.line[k] = p->line + (size_t)k * (p->block.ghost_width[0] + 1);
+  for (int k = 0; k < 3; k++) c.line[k] = p->line + (size_t)k * p->block.ghost_width[0];
   PetscCall(VecGetArray(f, &c.f));
   DLMPolymerLines(p, ForceVisit, &c);
   PetscCall(VecRestoreArray(f, &c.f));
@@ -148,61 +150,51 @@ static PetscBool HasViscousForce(DLMPolymer p)
   return (PetscBool)(p->moves && (p->model->viscosity || p->scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES));
 }
 
+/* Makes room for the force of a moment; the same moment again replaces the newest one. */
 static void Push(DLMForceHistory *h, PetscReal time)
 {
-  const Vec old = h->before;
+  const Vec room = h->spare;
 
-  if (h->n > 0 && time == h->time_now) return; /* the same moment again: what is newest is replaced */
+  if (h->n > 0 && time == h->time_now) return;
+  h->spare       = h->before;
   h->before      = h->now;
-  h->now         = old;
+  h->now         = room;
   h->time_before = h->time_now;
   h->time_now    = time;
   h->n           = PetscMin(2, h->n + 1);
 }
 
-/* f += the force extrapolated to target, by `order` - 1 differences. */
-static PetscErrorCode AddExtrapolated(const DLMForceHistory *h, PetscReal target, PetscInt order, PetscReal damping, Vec f)
+/* T <- what the stress of C holds beyond the implicit operator's part: (eta/lambda1)(a C - b I) + 2 (mu - mu_implicit) D (docs/theory.md, P3) */
+static PetscErrorCode ExtraStress(DLMPolymer p, double *const T[6])
 {
-  const PetscReal w = order == 2 && h->n == 2 ? damping * (target - h->time_now) / (h->time_now - h->time_before) : 0.0;
+  double *mu = p->scratch, *eta = p->scratch + (size_t)p->block.n;
 
   PetscFunctionBegin;
-  PetscCall(VecAXPY(f, 1.0 + w, h->now));
-  if (w != 0.0) PetscCall(VecAXPY(f, -w, h->before));
+  PetscCall(DLMPolymerCheckOut(p));
+  Viscosities(p, mu, eta);
+  ElasticStress(p, eta, T);
+  PetscCall(DLMPolymerCheckIn(p));
+  if (HasViscousForce(p)) AddViscousStress(p, mu, T);
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode DLMPolymerForce(DLMPolymer p, PetscReal time, PetscReal target, PetscInt order, Vec f)
 {
-  const PetscInt n  = p->block.n;
-  double        *mu = p->scratch, *eta = p->scratch + (size_t)n, *T[6];
+  DLMForceHistory *h = &p->force;
+  double          *T[6];
 
   PetscFunctionBeginUser;
   for (int k = 0; k < 6; k++) T[k] = p->r[k];
-  PetscCall(DLMPolymerCheckOut(p));
-  Viscosities(p, mu, eta);
-  ElasticStress(p, eta, T);
+  PetscCall(ExtraStress(p, T));
   if (order < 2) {
-    if (HasViscousForce(p)) {
-      Viscosities(p, mu, eta);
-      AddViscousStress(p, mu, T);
-    }
     PetscCall(Divergence(p, T, f));
-    PetscCall(DLMPolymerCheckIn(p));
     PetscFunctionReturn(0);
   }
-  PetscCall(VecZeroEntries(f));
-  Push(&p->stress, time);
-  PetscCall(Divergence(p, T, p->stress.now));
-  PetscCall(AddExtrapolated(&p->stress, target, order, 1.0, f));
-  if (HasViscousForce(p)) {
-    for (int k = 0; k < 6; k++) PetscCall(PetscArrayzero(T[k], n));
-    Viscosities(p, mu, eta);
-    AddViscousStress(p, mu, T);
-    Push(&p->viscous, p->velocity_time);
-    PetscCall(Divergence(p, T, p->viscous.now));
-    PetscCall(AddExtrapolated(&p->viscous, target, order, 0.5, f));
-  }
-  PetscCall(DLMPolymerCheckIn(p));
+  Push(h, time);
+  PetscCall(Divergence(p, T, h->now));
+  const PetscReal w = h->n == 2 ? (target - time) / (h->time_now - h->time_before) : 0.0;
+  PetscCall(VecCopy(h->now, f));
+  if (w != 0.0) PetscCall(VecAXPBY(f, -w, 1.0 + w, h->before));
   PetscFunctionReturn(0);
 }
 

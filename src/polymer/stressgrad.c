@@ -58,6 +58,7 @@ DLM_KERNEL void DLMGradientLine(const DLMKuhnRow *row, const long stride[3], lon
     for (int e = 0; e < row->n; e++) {
       const double *restrict v = u[i] + Shift(row, e, stride);
       const double d0 = scale * row->d[e][0], d1 = scale * row->d[e][1], d2 = scale * row->d[e][2];
+#pragma omp simd
       for (long x = 0; x < n; x++) {
         g0[x] += d0 * v[x];
         g1[x] += d1 * v[x];
@@ -77,6 +78,7 @@ DLM_KERNEL void DLMForceLine(const DLMKuhnRow *row, const long stride[3], long n
     const double *restrict t0 = T[0] + at, *restrict t1 = T[1] + at, *restrict t2 = T[2] + at;
     const double *restrict t3 = T[3] + at, *restrict t4 = T[4] + at, *restrict t5 = T[5] + at;
     const double d0 = row->d[e][0], d1 = row->d[e][1], d2 = row->d[e][2];
+#pragma omp simd
     for (long x = 0; x < n; x++) {
       f0[x] += d0 * t0[x] + d1 * t3[x] + d2 * t4[x];
       f1[x] += d0 * t3[x] + d1 * t1[x] + d2 * t5[x];
@@ -85,56 +87,104 @@ DLM_KERNEL void DLMForceLine(const DLMKuhnRow *row, const long stride[3], long n
   }
 }
 
-/* Mean velocity along the path edges, over h, and how strongly each corner takes part in the residual. */
-DLM_KERNEL static void Weights(long n, const long corner[4], const int axis[3], int mirror, double h, double first, double second, const double *const u[3], double *w[3], double *gain[4])
+enum { CHUNK = 64 }; /* cells of a line that are worked on at once */
+
+/*
+  A chunk of a line of cells. Corners are numbered by their bits, mirrored so that every cut of the cube looks like the one around the diagonal 0-7; its
+  tetrahedra are the paths 0, e_i, e_i + e_j, 7, numbered by the permutation (i, j, k).
+*/
+typedef struct {
+  double w[6][3][CHUNK]; /* mean velocity of a tetrahedron along the edges of its path, over h */
+} Speeds;
+
+#define PATHS(DO) DO(0, 0, 1, 2) DO(1, 0, 2, 1) DO(2, 1, 0, 2) DO(3, 1, 2, 0) DO(4, 2, 0, 1) DO(5, 2, 1, 0)
+
+DLM_KERNEL static void SetSpeeds(long n, const double *const u[3][8], const double scale[3], Speeds *speeds)
+{
+#define EDGE(t, e, axis, b, c)                                                                                   \
+  {                                                                                                              \
+    const double *restrict u0 = u[axis][0], *restrict u1 = u[axis][b], *restrict u2 = u[axis][c], *restrict u7 = u[axis][7]; \
+    double *restrict       w = speeds->w[t][e];                                                                  \
+    for (long x = 0; x < n; x++) w[x] = scale[axis] * (u0[x] + u1[x] + u2[x] + u7[x]);                           \
+  }
+#define PATH(t, i, j, k) EDGE(t, 0, i, 1 << i, (1 << i) | (1 << j)) EDGE(t, 1, j, 1 << i, (1 << i) | (1 << j)) EDGE(t, 2, k, 1 << i, (1 << i) | (1 << j))
+  PATHS(PATH)
+#undef PATH
+#undef EDGE
+}
+
+/* Residual of one field on a chunk: r of the even corners is added to, that of the odd ones, which overlap it, goes to odd. */
+DLM_KERNEL static void AddChunk(long n, const double *const phi[8], const Speeds *speeds, double first, double second, double *const r[8], double odd[4][CHUNK])
+{
+  const double *restrict p0 = phi[0], *restrict p1 = phi[1], *restrict p2 = phi[2], *restrict p3 = phi[3], *restrict p4 = phi[4], *restrict p5 = phi[5],
+                         *restrict p6 = phi[6], *restrict p7 = phi[7];
+  double *restrict r0 = r[0], *restrict r2 = r[2], *restrict r4 = r[4], *restrict r6 = r[6];
+
+#pragma omp simd
+  for (long x = 0; x < n; x++) {
+    const double v[8] = { p0[x], p1[x], p2[x], p3[x], p4[x], p5[x], p6[x], p7[x] };
+    double       y[8] = { 0.0 };
+#define PATH(t, i, j, k)                                                                        \
+  {                                                                                             \
+    const int    b = 1 << i, c = (1 << i) | (1 << j);                                           \
+    const double w0 = speeds->w[t][0][x], w1 = speeds->w[t][1][x], w2 = speeds->w[t][2][x];     \
+    const double q  = w0 * (v[b] - v[0]) + w1 * (v[c] - v[b]) + w2 * (v[7] - v[c]), s = second * q; \
+    y[0] += first * q - s * w0;                                                                 \
+    y[b] += first * q + s * (w0 - w1);                                                          \
+    y[c] += first * q + s * (w1 - w2);                                                          \
+    y[7] += first * q + s * w2;                                                                 \
+  }
+    PATHS(PATH)
+#undef PATH
+    r0[x] += y[0];
+    r2[x] += y[2];
+    r4[x] += y[4];
+    r6[x] += y[6];
+    odd[0][x] = y[1];
+    odd[1][x] = y[3];
+    odd[2][x] = y[5];
+    odd[3][x] = y[7];
+  }
+}
+
+DLM_KERNEL static void AddOdd(long n, double odd[4][CHUNK], double *const r[8])
+{
+  for (int c = 0; c < 4; c++) {
+    double *restrict       y = r[2 * c + 1];
+    const double *restrict o = odd[c];
+    for (long x = 0; x < n; x++) y[x] += o[x];
+  }
+}
+
+void DLMAdvectCells(const long cells[3], const long stride[3], double h, double first, double second, int mirror, const double *const u[3], const double *const phi[6],
+                    double *const r[6])
 {
   const double volume = h * h * h / 6.0;
+  double       scale[3], odd[4][CHUNK];
+  long         corner[8];
+  Speeds       speeds;
 
-  for (int k = 0; k < 3; k++) {
-    const double *restrict v = u[axis[k]];
-    double *restrict       y = w[k];
-    const double           scale = ((mirror >> axis[k]) & 1 ? -0.25 : 0.25) / h;
-    for (long x = 0; x < n; x++) y[x] = scale * (v[x + corner[0]] + v[x + corner[1]] + v[x + corner[2]] + v[x + corner[3]]);
+  for (int d = 0; d < 3; d++) scale[d] = ((mirror >> d) & 1 ? -0.25 : 0.25) / h;
+  for (int c = 0; c < 8; c++) {
+    const int at = c ^ mirror;
+    corner[c]    = (at & 1) * stride[0] + ((at >> 1) & 1) * stride[1] + ((at >> 2) & 1) * stride[2];
   }
-  for (int k = 0; k < 4; k++) {
-    const double *restrict in = k > 0 ? w[k - 1] : NULL, *restrict out = k < 3 ? w[k] : NULL;
-    double *restrict       y = gain[k];
-    for (long x = 0; x < n; x++) y[x] = -volume * (0.25 * first + second * ((in ? in[x] : 0.0) - (out ? out[x] : 0.0)));
-  }
-}
-
-/* q <- u.grad phi on one tetrahedron of every cell of a line, then its share in the four corners. */
-DLM_KERNEL static void AddTetrahedra(long n, const long corner[4], double *const w[3], double *const gain[4], const double *phi, double *restrict q, double *r)
-{
-  const double *restrict a = phi + corner[0], *restrict b = phi + corner[1], *restrict c = phi + corner[2], *restrict d = phi + corner[3];
-  const double *restrict w0 = w[0], *restrict w1 = w[1], *restrict w2 = w[2];
-
-  for (long x = 0; x < n; x++) q[x] = w0[x] * (b[x] - a[x]) + w1[x] * (c[x] - b[x]) + w2[x] * (d[x] - c[x]);
-  for (int k = 0; k < 4; k++) {
-    const double *restrict y = gain[k];
-    double *restrict       z = r + corner[k];
-    for (long x = 0; x < n; x++) z[x] += y[x] * q[x];
-  }
-}
-
-void DLMAdvectCells(const long cells[3], const long stride[3], double h, double first, double second, const double *const u[3], const double *const phi[6],
-                    double *const r[6], double *work, int mirror)
-{
-  const long  n = cells[0];
-  double     *w[3] = { work, work + n, work + 2 * n }, *gain[4] = { work + 3 * n, work + 4 * n, work + 5 * n, work + 6 * n }, *q = work + 7 * n;
-  DLMKuhnCube cube;
-
-  DLMKuhnCubeFill(&cube);
   for (long k = 0; k < cells[2]; k++)
     for (long j = 0; j < cells[1]; j++)
-      for (int t = 0; t < 6; t++) {
-        const long line = j * stride[1] + k * stride[2];
-        long       corner[4];
-        for (int v = 0; v < 4; v++) {
-          corner[v] = line;
-          for (int d = 0; d < 3; d++) corner[v] += (((mirror >> d) & 1) ^ cube.vertex[t][v][d]) * stride[d];
+      for (long i = 0; i < cells[0]; i += CHUNK) {
+        const long    n = cells[0] - i < CHUNK ? cells[0] - i : CHUNK, base = i * stride[0] + j * stride[1] + k * stride[2];
+        const double *at[3][8], *value[8];
+        double       *sum[8];
+        for (int d = 0; d < 3; d++)
+          for (int c = 0; c < 8; c++) at[d][c] = u[d] + base + corner[c];
+        SetSpeeds(n, (const double *const(*)[8])at, scale, &speeds);
+        for (int m = 0; m < 6; m++) {
+          for (int c = 0; c < 8; c++) {
+            value[c] = phi[m] + base + corner[c];
+            sum[c]   = r[m] + base + corner[c];
+          }
+          AddChunk(n, value, &speeds, -0.25 * first * volume, -second * volume, sum, odd);
+          AddOdd(n, odd, sum);
         }
-        Weights(n, corner, cube.axis[t], mirror, h, first, second, u, w, gain);
-        for (int c = 0; c < 6; c++) AddTetrahedra(n, corner, w, gain, phi[c], q, r[c]);
       }
 }
