@@ -63,6 +63,7 @@ typedef struct {
   DLMPolymerForm polymer_form;        /* what is advected: Cholesky factor or logarithm of C */
   DLMCoupling    polymer_coupling;
   DLMInside      polymer_inside;      /* C inside the spheres */
+  PetscReal      polymer_stress_offset; /* the extra stress counts from this far outside a surface on, in h; DLM_AUTO; 0: everywhere */
   PetscReal      polymer_courant;     /* bound of an advection sub-step */
   PetscReal      polymer_mode_amplitude; /* C starts as I + amplitude sin(2 pi number x3/L3) in one plane */
   DLMPlane       polymer_mode_plane;

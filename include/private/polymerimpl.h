@@ -23,6 +23,12 @@ typedef struct {
   PetscInt  n; /* how many of the two are known */
 } DLMForceHistory;
 
+/* An owned node that is not wholly fluid. */
+typedef struct {
+  PetscInt  own;
+  PetscReal part;
+} DLMNearNode;
+
 struct _p_DLMPolymer {
   DLMGrid            grid;
   DLMSpheres         spheres;
@@ -41,6 +47,9 @@ struct _p_DLMPolymer {
   double            *scratch; /* owned: 4 n */
   double            *line;    /* work of the advection */
   char              *inside;  /* ghosted: layer inside a sphere, 0 outside */
+  PetscInt           n_near, near_capacity;
+  DLMNearNode       *near;
+  PetscReal          stress_offset; /* the stress counts from a + stress_offset h on; 0: everywhere, inside the spheres too */
   int                mirror;  /* which of the four ways to cut the cubes the last advection took */
   PetscReal          velocity_time;
   PetscBool          moves;   /* a velocity is known */
@@ -56,8 +65,9 @@ struct _p_DLMPolymer {
 /* The lines of owned nodes: calls visit(polymer, place class, owned index, ghosted index, nodes, context) for runs of one class along x1. */
 typedef void (*DLMLineVisit)(DLMPolymer polymer, const DLMKuhnRow *row, PetscInt own, PetscInt ghost, PetscInt n, PetscBool wall, void *context);
 PETSC_INTERN void DLMPolymerLines(DLMPolymer polymer, DLMLineVisit visit, void *context);
-/* inside.c: continues the owned planar tensor T into the two layers below the surfaces if the scene asks for it. Uses t. Collective. */
-PETSC_INTERN PetscErrorCode DLMPolymerExtend(DLMPolymer polymer, double *const T[6]);
+/* surface.c: finds the nodes near the spheres' present surfaces; weighs the owned planar tensor T by their fluid part. */
+PETSC_INTERN PetscErrorCode DLMPolymerFindNear(DLMPolymer polymer);
+PETSC_INTERN void           DLMPolymerWeighStress(DLMPolymer polymer, double *const T[6]);
 /* keep.c: makes the other gradient buffer the present one. */
 PETSC_INTERN void DLMPolymerTurnGradient(DLMPolymer polymer);
 /* owned[k] -> ghosted[k], n fields. Collective. */

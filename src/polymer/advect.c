@@ -163,15 +163,37 @@ static PetscErrorCode Walk(DLMPolymer p, PetscReal dt, PetscInt Q, double **phi)
   PetscFunctionReturn(0);
 }
 
+enum { MOST_SUBSTEPS = 1000 }; /* an interval that needs more has lost its flow */
+
+/* An owned node of the largest speed, or -1. */
+static long FastestNode(DLMPolymer p)
+{
+  const DLMPolymerBlock *b = &p->block;
+
+  for (PetscInt x = 0; x < b->n; x++) {
+    const PetscInt i[3] = { x % b->width[0], (x / b->width[0]) % b->width[1], x / (b->width[0] * b->width[1]) };
+    long           at   = 0;
+    for (int d = 0; d < 3; d++) at += b->stride[d] * (b->start[d] - b->ghost_start[d] + i[d]);
+    if (PetscAbsReal(p->u[0][at]) + PetscAbsReal(p->u[1][at]) + PetscAbsReal(p->u[2][at]) >= p->largest_speed) return x;
+  }
+  return -1;
+}
+
 PetscErrorCode DLMPolymerAdvect(DLMPolymer p, PetscReal dt)
 {
   const PetscBool logarithm = (PetscBool)(p->scene->polymer_form == DLM_FORM_LOG);
+  PetscReal       needed;
   long            bad;
 
   PetscFunctionBeginUser;
   if (!p->moves || !p->health.sound) PetscFunctionReturn(0);
-  p->health.courant  = p->largest_speed * dt / p->grid->h;
-  p->health.substeps = PetscMax(1, (PetscInt)PetscCeilReal(PetscMin(1e6, p->health.courant / p->scene->polymer_courant) - 1e-9));
+  p->health.courant = p->largest_speed * dt / p->grid->h;
+  needed            = PetscCeilReal(p->health.courant / p->scene->polymer_courant - 1e-9);
+  if (!(needed <= MOST_SUBSTEPS)) {
+    PetscCall(DLMPolymerJudge(p, FastestNode(p)));
+    PetscFunctionReturn(0);
+  }
+  p->health.substeps = PetscMax(1, (PetscInt)needed);
   PetscCall(DLMPolymerCheckOut(p));
   bad = logarithm ? DLMTensorLog(p->block.n, p->c, p->c) : DLMTensorCholesky(p->block.n, p->c, p->c);
   PetscCall(DLMPolymerJudge(p, bad));

@@ -135,6 +135,9 @@ PetscErrorCode DLMPolymerCreate(DLMGrid grid, DLMSpheres spheres, const DLMScene
   PetscCall(CreateScalarDM(grid, &p->dm));
   PetscCall(FillBlock(p));
   DLMKuhnRowsFill(grid->h, p->rows);
+  p->stress_offset = scene->polymer_stress_offset;
+  if (p->stress_offset == DLM_AUTO) /* the thesis's reset and its coupling know no weights */
+    p->stress_offset = scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES && scene->polymer_inside != DLM_INSIDE_IDENTITY ? 0.75 : 0.0;
   PetscCall(CreateArrays(p));
   PetscCall(SetStart(p));
   p->health.sound = PETSC_TRUE;
@@ -156,6 +159,7 @@ PetscErrorCode DLMPolymerDestroy(DLMPolymer *pointer)
   PetscCall(VecDestroy(&p->owned));
   PetscCall(VecDestroy(&p->local));
   PetscCall(DMDestroy(&p->dm));
+  free(p->near);
   PetscCall(PetscFree6(p->gradient[0], p->gradient[1], p->ghosted, p->scratch, p->line, p->inside));
   PetscCall(PetscFree(*pointer));
   PetscFunctionReturn(0);

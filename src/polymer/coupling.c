@@ -81,7 +81,7 @@ static PetscErrorCode Divergence(DLMPolymer p, double *const T[6], Vec f)
   ForceContext c;
 
   PetscFunctionBegin;
-  PetscCall(DLMPolymerExtend(p, T));
+  DLMPolymerWeighStress(p, T);
   PetscCall(DLMPolymerExchange(p, 6, T, p->t));
   for (int k = 0; k < 3; k++) c.line[k] = p->line + (size_t)k * p->block.ghost_width[0];
   PetscCall(VecGetArray(f, &c.f));

@@ -71,13 +71,13 @@ static void FillVisit(DLMPolymer p, const DLMKuhnRow *row, PetscInt own, PetscIn
   }
 }
 
-PetscErrorCode DLMPolymerExtend(DLMPolymer p, double *const T[6])
+/* Continues C into the two layers below the surfaces. */
+static PetscErrorCode Extend(DLMPolymer p)
 {
   PetscFunctionBegin;
-  if (!p->spheres || p->scene->polymer_inside != DLM_INSIDE_EXTEND) PetscFunctionReturn(0);
   for (char layer = 1; layer <= 2; layer++) {
-    PetscCall(DLMPolymerExchange(p, 6, T, p->t));
-    DLMPolymerLines(p, FillVisit, &(Layer){ T, layer });
+    PetscCall(DLMPolymerExchange(p, 6, p->c, p->t));
+    DLMPolymerLines(p, FillVisit, &(Layer){ p->c, layer });
   }
   PetscFunctionReturn(0);
 }
@@ -87,11 +87,12 @@ PetscErrorCode DLMPolymerSetInside(DLMPolymer p)
   const DLMInside rule = p->scene->polymer_inside;
 
   PetscFunctionBeginUser;
+  PetscCall(DLMPolymerFindNear(p));
   if (!p->spheres || rule == DLM_INSIDE_EVOLVE) PetscFunctionReturn(0);
   PetscCall(MarkInside(p));
   PetscCall(DLMPolymerCheckOut(p));
   DLMPolymerLines(p, ResetVisit, &(Layer){ p->c, rule == DLM_INSIDE_IDENTITY ? 1 : 3 });
-  PetscCall(DLMPolymerExtend(p, p->c));
+  if (rule == DLM_INSIDE_EXTEND) PetscCall(Extend(p));
   PetscCall(DLMPolymerCheckIn(p));
   PetscFunctionReturn(0);
 }
