@@ -49,6 +49,8 @@ PETSC_INTERN PetscErrorCode DLMSimulationSolveFlow(DLMSimulation sim, PetscReal 
 PETSC_INTERN PetscErrorCode DLMSimulationCreatePolymer(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMSimulationDestroyPolymer(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMSimulationAddPolymerSubsteps(DLMSimulation sim);
+/* Prints a line if dt is beyond what the explicit coupling bears. Collective. */
+PETSC_INTERN PetscErrorCode DLMSimulationWarnOfTimeStep(DLMSimulation sim);
 /* keep.c */
 PETSC_INTERN PetscErrorCode DLMSimulationKeep(void *sim);
 PETSC_INTERN PetscErrorCode DLMSimulationBringBack(void *sim);

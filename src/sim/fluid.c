@@ -151,6 +151,33 @@ static PetscErrorCode Judge(void *context, PetscReal t, PetscReal dt, PetscReal 
   PetscFunctionReturn(0);
 }
 
+/*
+  Largest dt of the explicit coupling: a shear mode obeys g = -K s, s' = -(s - g)/lambda1, K = (eta1 - mu)/mu; with decay e = 1 - exp(-dt/lambda1) it is stable up to
+  e = 2/(1 + K) under an order-1 scheme, 2/(1 + 2 K) under order 2 (docs/theory.md, P4).
+*/
+static PetscReal ExplicitBound(const DLMScene *scene, PetscInt order)
+{
+  const PetscReal K = scene->relaxation_time / scene->retardation_time - 1.0, e = 2.0 / (1.0 + order * K);
+
+  return e < 1.0 ? -scene->relaxation_time * PetscLogReal(1.0 - e) : PETSC_INFINITY;
+}
+
+PetscErrorCode DLMSimulationWarnOfTimeStep(DLMSimulation sim)
+{
+  const DLMScene *scene = sim->scene;
+  PetscInt        order;
+  PetscReal       bound;
+
+  PetscFunctionBegin;
+  if (!sim->polymer || scene->polymer_coupling != DLM_COUPLING_EXPLICIT) PetscFunctionReturn(0);
+  PetscCall(DLMSplitGetScheme(sim->ts, NULL, &order));
+  bound = ExplicitBound(scene, order);
+  if (scene->ts_dt > bound)
+    PetscCall(PetscPrintf(scene->comm, "dlmfd: warning: -ts_dt %.6g is above %.6g, where -polymer_coupling explicit becomes unstable; use a smaller step or both_sides\n",
+                          (double)scene->ts_dt, (double)bound));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode DLMSimulationAddPolymerSubsteps(DLMSimulation sim)
 {
   PetscFunctionBegin;

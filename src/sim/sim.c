@@ -94,6 +94,7 @@ PetscErrorCode DLMSimulationView(DLMSimulation sim, PetscViewer viewer)
 PetscErrorCode DLMSimulationSolve(DLMSimulation sim)
 {
   PetscFunctionBeginUser;
+  PetscCall(DLMSimulationWarnOfTimeStep(sim));
   PetscCall(DLMSimulationStart(sim));
   PetscCall(DLMSimulationStore(sim, sim->solution));
   PetscCall(DLMOutputCreate(sim, &sim->output));
