@@ -90,58 +90,16 @@ static PetscErrorCode Divergence(DLMPolymer p, double *const T[6], Vec f)
   PetscFunctionReturn(0);
 }
 
-/* Viscosities at every owned node: solvent[n], polymer[n]. Constant before the first velocity. */
+/* Viscosities at every owned node by the model's law: solvent[n], polymer[n]. At rest before the first velocity. */
 static void Viscosities(DLMPolymer p, double *solvent, double *polymer)
 {
-  const DLMScene *s = p->scene;
-  const double    mu = s->fluid_viscosity * s->retardation_time / s->relaxation_time;
-  double        **g = p->g;
+  double *rate = p->scratch + 2 * (size_t)p->block.n, **g = p->g;
 
-  if (p->model->viscosity && p->moves) {
-    double *rate = p->scratch + 3 * (size_t)p->block.n;
-    for (PetscInt x = 0; x < p->block.n; x++)
-      rate[x] = PetscSqrtReal(2.0 * (g[0][x] * g[0][x] + g[4][x] * g[4][x] + g[8][x] * g[8][x]) + PetscSqr(g[1][x] + g[3][x]) + PetscSqr(g[2][x] + g[6][x]) +
-                              PetscSqr(g[5][x] + g[7][x]));
-    p->model->viscosity(s, p->block.n, rate, solvent, polymer);
-    return;
-  }
-  for (PetscInt x = 0; x < p->block.n; x++) {
-    solvent[x] = mu;
-    polymer[x] = s->fluid_viscosity - mu;
-  }
-}
-
-/* T <- (eta/lambda1) (a C - b I) */
-static void ElasticStress(DLMPolymer p, const double *eta, double *const T[6])
-{
-  const PetscInt  n    = p->block.n;
-  const PetscReal rate = 1.0 / p->scene->relaxation_time;
-  double         *a = p->scratch + 2 * (size_t)n, *b = p->scratch + 3 * (size_t)n;
-
-  if (p->model->spring) {
-    for (PetscInt x = 0; x < n; x++) T[0][x] = p->c[0][x] + p->c[1][x] + p->c[2][x];
-    p->model->spring(p->scene, n, T[0], a, b);
-  }
-  for (int k = 0; k < 6; k++) {
-    const double *c = p->c[k];
-    const double  unit = k < 3 ? 1.0 : 0.0;
-    if (p->model->spring)
-      for (PetscInt x = 0; x < n; x++) T[k][x] = rate * eta[x] * (a[x] * c[x] - unit * b[x]);
-    else
-      for (PetscInt x = 0; x < n; x++) T[k][x] = rate * eta[x] * (c[x] - unit);
-  }
-}
-
-/* T += 2 (mu - mu_implicit) D of the last velocity */
-static void AddViscousStress(DLMPolymer p, const double *mu, double *const T[6])
-{
-  static const int first[6] = { 0, 4, 8, 1, 2, 5 }, second[6] = { 0, 4, 8, 3, 6, 7 };
-  const double     implicit = p->scene->implicit_viscosity;
-
-  for (int k = 0; k < 6; k++) {
-    const double *g = p->g[first[k]], *h = p->g[second[k]];
-    for (PetscInt x = 0; x < p->block.n; x++) T[k][x] += (mu[x] - implicit) * (g[x] + h[x]);
-  }
+  for (PetscInt x = 0; x < p->block.n; x++)
+    rate[x] = p->moves ? PetscSqrtReal(2.0 * (g[0][x] * g[0][x] + g[4][x] * g[4][x] + g[8][x] * g[8][x]) + PetscSqr(g[1][x] + g[3][x]) + PetscSqr(g[2][x] + g[6][x]) +
+                                       PetscSqr(g[5][x] + g[7][x])) :
+                         0.0;
+  p->model->viscosity(p->scene, p->block.n, rate, solvent, polymer);
 }
 
 /* The velocity's part of the force exists where the implicit operator does not hold the solvent's viscosity. */
@@ -164,17 +122,56 @@ static void Push(DLMForceHistory *h, PetscReal time)
   h->n           = PetscMin(2, h->n + 1);
 }
 
-/* T <- what the stress of C holds beyond the implicit operator's part: (eta/lambda1)(a C - b I) + 2 (mu - mu_implicit) D (docs/theory.md, P3) */
+/* Entries of the gradient that make up 2 D in the order of C. */
+static const int first[6] = { 0, 4, 8, 1, 2, 5 }, second[6] = { 0, 4, 8, 3, 6, 7 };
+
+/* T <- (eta/lambda1)(C - I) + excess 2 D with constant viscosities; excess: solvent's less the implicit one. */
+static void ConstantStress(DLMPolymer p, double eta, double excess, double *const T[6])
+{
+  const double elastic = eta / p->scene->relaxation_time;
+
+  for (int k = 0; k < 6; k++) {
+    const double          unit = k < 3 ? elastic : 0.0;
+    const double *restrict c = p->c[k], *restrict g = p->g[first[k]], *restrict h = p->g[second[k]];
+    double *restrict       t = T[k];
+    for (PetscInt x = 0; x < p->block.n; x++) t[x] = elastic * c[x] - unit + excess * (g[x] + h[x]);
+  }
+}
+
+/* The same with viscosities and springs of the nodes: (eta/lambda1)(a C - b I) + 2 (mu - mu_implicit) D. */
+static void LocalStress(DLMPolymer p, PetscBool viscous, double *const T[6])
+{
+  const PetscInt  n    = p->block.n;
+  const PetscReal rate = 1.0 / p->scene->relaxation_time, implicit = p->scene->implicit_viscosity, part = p->scene->retardation_time * rate;
+  double         *mu = p->scratch, *eta = mu + n, *a = eta + n, *b = a + n, *trace = T[0];
+
+  if (p->model->viscosity) Viscosities(p, mu, eta);
+  else
+    for (PetscInt x = 0; x < n; x++) {
+      mu[x]  = p->scene->fluid_viscosity * part;
+      eta[x] = p->scene->fluid_viscosity - mu[x];
+    }
+  for (PetscInt x = 0; x < n; x++) {
+    trace[x] = p->c[0][x] + p->c[1][x] + p->c[2][x];
+    a[x] = b[x] = 1.0;
+  }
+  if (p->model->spring) p->model->spring(p->scene, n, trace, a, b);
+  for (int k = 0; k < 6; k++) {
+    const double *c = p->c[k], *g = p->g[first[k]], *h = p->g[second[k]], unit = k < 3 ? 1.0 : 0.0;
+    for (PetscInt x = 0; x < n; x++) T[k][x] = rate * eta[x] * (a[x] * c[x] - unit * b[x]) + (viscous ? (mu[x] - implicit) * (g[x] + h[x]) : 0.0);
+  }
+}
+
+/* T <- what the stress of C holds beyond the implicit operator's part (docs/theory.md, P3) */
 static PetscErrorCode ExtraStress(DLMPolymer p, double *const T[6])
 {
-  double *mu = p->scratch, *eta = p->scratch + (size_t)p->block.n;
+  const PetscReal mu = p->scene->fluid_viscosity * p->scene->retardation_time / p->scene->relaxation_time;
 
   PetscFunctionBegin;
   PetscCall(DLMPolymerCheckOut(p));
-  Viscosities(p, mu, eta);
-  ElasticStress(p, eta, T);
+  if (p->model->viscosity || p->model->spring) LocalStress(p, HasViscousForce(p), T);
+  else ConstantStress(p, p->scene->fluid_viscosity - mu, HasViscousForce(p) ? mu - p->scene->implicit_viscosity : 0.0, T);
   PetscCall(DLMPolymerCheckIn(p));
-  if (HasViscousForce(p)) AddViscousStress(p, mu, T);
   PetscFunctionReturn(0);
 }
 
@@ -201,18 +198,16 @@ PetscErrorCode DLMPolymerForce(DLMPolymer p, PetscReal time, PetscReal target, P
 PetscErrorCode DLMPolymerGetWork(DLMPolymer p, Vec u, PetscReal *stress_work, PetscReal *stretching)
 {
   const PetscInt n = p->block.n;
-  double        *T[6], *mu = p->scratch, *eta = p->scratch + (size_t)n, *mass = p->scratch;
+  double        *T[6], *mass = p->scratch;
   PetscReal      sum = 0.0;
   Vec            f;
 
   PetscFunctionBeginUser;
   for (int k = 0; k < 6; k++) T[k] = p->r[k];
   PetscCall(VecDuplicate(u, &f));
-  PetscCall(DLMPolymerCheckOut(p));
-  Viscosities(p, mu, eta);
-  ElasticStress(p, eta, T);
+  p->moves = PETSC_FALSE; /* the elastic stress alone */
+  PetscCall(ExtraStress(p, T));
   PetscCall(Divergence(p, T, f));
-  PetscCall(DLMPolymerCheckIn(p));
   PetscCall(VecDot(f, u, stress_work));
   PetscCall(DLMPolymerSetVelocity(p, p->velocity_time, u));
   DLMPolymerLines(p, DLMPolymerMassVisit, mass);

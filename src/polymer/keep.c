@@ -34,3 +34,22 @@ void DLMPolymerTurnGradient(DLMPolymer p)
   p->buffer = 1 - p->buffer;
   for (int k = 0; k < 9; k++) p->g[k] = p->gradient[p->buffer] + (size_t)k * p->block.n;
 }
+
+PetscErrorCode DLMPolymerGetState(DLMPolymer p, DLMPolymerState *state)
+{
+  PetscFunctionBeginUser;
+  *state = (DLMPolymerState){ p->force.now, p->force.before, p->force.time_now, p->force.time_before, p->force.n, p->velocity_time, p->moves, p->mirror };
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMPolymerSetState(DLMPolymer p, const DLMPolymerState *state)
+{
+  PetscFunctionBeginUser;
+  p->force.time_now    = state->time_now;
+  p->force.time_before = state->time_before;
+  p->force.n           = state->n_forces;
+  p->velocity_time     = state->velocity_time;
+  p->moves             = state->moves;
+  p->mirror            = (int)state->mirror;
+  PetscFunctionReturn(0);
+}
