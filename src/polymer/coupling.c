@@ -189,7 +189,9 @@ PetscErrorCode DLMPolymerForce(DLMPolymer p, PetscReal time, PetscReal target, P
   }
   Push(h, time);
   PetscCall(Divergence(p, T, h->now));
-  const PetscReal w = h->n == 2 ? (target - time) / (h->time_now - h->time_before) : 0.0;
+  /* with little solvent the extrapolation would hardly be damped (P4) */
+  const PetscReal damping = PetscMin(1.0, 8.0 * p->scene->retardation_time / p->scene->relaxation_time);
+  const PetscReal w       = h->n == 2 ? damping * (target - time) / (h->time_now - h->time_before) : 0.0;
   PetscCall(VecCopy(h->now, f));
   if (w != 0.0) PetscCall(VecAXPBY(f, -w, 1.0 + w, h->before));
   PetscFunctionReturn(0);

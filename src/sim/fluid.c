@@ -20,6 +20,7 @@ PetscErrorCode DLMSimulationDestroyPolymer(DLMSimulation sim)
   PetscFunctionBegin;
   PetscCall(VecDestroy(&sim->body_force));
   PetscCall(PetscFree(sim->kept));
+  PetscCall(VecDestroy(&sim->kept_fluid));
   PetscCall(DLMPolymerDestroy(&sim->polymer));
   PetscFunctionReturn(0);
 }
@@ -59,7 +60,7 @@ static PetscErrorCode SolveFirstFlow(DLMSimulation sim, PetscReal t, PetscReal t
   for (PetscInt k = 0; k < 40; k++) {
     PetscCall(DLMPolymerSetVelocity(sim->polymer, target, u));
     PetscCall(DLMPolymerForce(sim->polymer, t, t, 1, sim->body_force));
-    if (n) PetscCall(PetscArraycpy(state, start, n));
+    if (n && inertia.weight > 0.0) PetscCall(PetscArraycpy(state, start, n)); /* without inertia the last velocities are but a guess */
     PetscCall(SolveSaddle(sim, inertia));
     PetscCall(VecNorm(x, NORM_2, &size));
     PetscCall(VecAXPBY(u, 1.0, -1.0, x)); /* u <- S(u) - u */

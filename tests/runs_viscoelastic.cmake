@@ -1,0 +1,11 @@
+# Viscoelastic flows against exact solutions, and spheres in them (tests/scenes/viscoelastic.py, viscoelastic_spheres.py).
+foreach(group startup poiseuille mode carreau)
+  add_test(NAME viscoelastic.${group} COMMAND ${DLM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenes/viscoelastic.py ${group} $<TARGET_FILE:dlmfd> ${DLM_MPIRUN})
+  set_tests_properties(viscoelastic.${group} PROPERTIES LABELS verification TIMEOUT 900)
+endforeach()
+
+foreach(group small_wi ranks symmetry health)
+  add_test(NAME viscoelastic.${group} COMMAND ${DLM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenes/viscoelastic_spheres.py ${group} $<TARGET_FILE:dlmfd> ${DLM_MPIRUN})
+  set_tests_properties(viscoelastic.${group} PROPERTIES LABELS scenes TIMEOUT 900)
+endforeach()
+set_tests_properties(viscoelastic.ranks PROPERTIES PROCESSORS 4)

@@ -1,0 +1,126 @@
+#!/usr/bin/env python3
+"""Spheres in viscoelastic fluids: limits, symmetries, ranks, and how a run ends that cannot go on.
+
+    viscoelastic_spheres.py small_wi DLMFD MPIRUN...   Wi = 0.01: rotation, settling and a pair as in a Newtonian fluid of viscosity eta1
+    viscoelastic_spheres.py ranks DLMFD MPIRUN...      a pair on 1, 2, 3, 4 ranks
+    viscoelastic_spheres.py symmetry DLMFD MPIRUN...   sphere at and off the mid-plane; the frame of the walls
+    viscoelastic_spheres.py health DLMFD MPIRUN...     what is watched; runs that lose positivity
+"""
+import re
+
+import numpy
+
+import polymer_runs
+from polymer_runs import check, launch, run
+
+RADIUS = 0.15
+SHEAR = " -wall_velocity_lower -0.5,0,0 -wall_velocity_upper 0.5,0,0"
+BOX = f"-box_size 1,1,1 -grid_resolution 16 -sphere_radius {RADIUS} -sphere_inertia 0 -saddle_rtol 1e-9 "
+PAIR = BOX.replace("1,1,1", "2,1,1") + "-sphere_centers -0.3,0.02,0.15,0.3,-0.02,-0.15 -contact_range 0" + SHEAR
+OLDROYD = " -fluid_model oldroyd_b -fluid_relaxation_time "
+X, V, OMEGA = slice(3, 6), slice(6, 9), slice(9, 12)
+
+
+def apart(found, newtonian, moving):
+    """Largest differences at the end: velocities of the centre and, by rotation, of the surface over the largest of them; positions over the radius."""
+    a, b = found.rows[-1], newtonian.rows[-1]
+    speed = max(abs(b[:, V]).max(), RADIUS * abs(b[:, OMEGA]).max())
+    return max([abs(a[:, V] - b[:, V]).max() / speed, RADIUS * abs(a[:, OMEGA] - b[:, OMEGA]).max() / speed] + [abs(a[:, X] - b[:, X]).max() / RADIUS] * moving)
+
+
+def small_wi():
+    """Settling is compared by its velocities: while C is still I the solvent alone holds the sphere, physically."""
+    settling = BOX + "-sphere_density 1.5 -gravity -100,0,0 -sphere_centers 0.01,0.02,0.1"
+    speed = abs(run(settling + " -ts_max_steps 0").rows[-1, 0, 6])
+    scenes = (("rotation", BOX + "-sphere_centers 0,0,0" + SHEAR, 0.01, 0.2, 0.005, 0.001, False),
+              ("off centre", BOX + "-sphere_centers 0.01,0.02,0.13" + SHEAR, 0.01, 0.2, 0.005, 0.001, False),
+              ("settling", settling, 0.01 * RADIUS / speed, 0.1, 0.002, 0.0005, False),
+              ("pair", PAIR, 0.01, 1.0, 0.05, 0.001, True))
+    for name, scene, wi, end, dt, short, moving in scenes:
+        newtonian = run(f"{scene} -ts_split_scheme strang -ts_dt {dt} -ts_max_time {end}")
+        for form in ("factor", "log"):
+            found = run(f"{scene} -ts_split_scheme strang -ts_dt {dt} -ts_max_time {end} -polymer_coupling both_sides -polymer_form {form}" + OLDROYD + repr(wi))
+            error = apart(found, newtonian, moving)
+            check(error <= 1e-3, f"{name:10} both_sides {form:6} dt = {dt / wi:.2g} lambda1: {100 * error:.3f} % (allowed 0.1 %)")
+        found = run(f"{scene} -ts_split_scheme strang -ts_dt {short} -ts_max_time {end} -polymer_coupling explicit" + OLDROYD + repr(wi))
+        print(f"        {name:10} explicit, dt = {short / wi:.2g} lambda1: {100 * apart(found, newtonian, moving):.2f} %, not asserted", flush=True)
+
+
+def ranks():
+    scene = (PAIR.replace("1e-9", "1e-12").replace("-sphere_inertia 0", "-sphere_inertia 1") + " -sphere_density 3 -ts_dt 0.05 -ts_max_time 0.5 -output_fields_every 1000000"
+             + OLDROYD + "0.5 ")
+    for options in ("-ts_split_scheme lie -polymer_form factor -polymer_coupling explicit -polymer_inside identity", "-ts_split_scheme strang -polymer_form log -polymer_coupling both_sides",
+                    "-ts_split_scheme strang -polymer_form factor -polymer_coupling both_sides -polymer_inside extend -polymer_courant 0.1"):
+        one = run(scene + options)
+        for n in (2, 3, 4):
+            found = run(scene + options, n)
+            error = {name: abs(found.rows[..., part] - one.rows[..., part]).max() / max(1e-3, abs(one.rows[..., part]).max()) for name, part in (("x", X), ("V", V), ("omega", OMEGA))}
+            error["C"] = abs(found.field("conformation") - one.field("conformation")).max() / one.polymer["largest_trace"]
+            error["health"] = max(abs(found.polymer[key] - one.polymer[key]) / abs(one.polymer[key]) for key in ("smallest_eigenvalue", "largest_trace", "courant_number"))
+            check(max(error.values()) <= 1e-8, f"{options}, {n} ranks: " + ", ".join(f"{name} {value:.0e}" for name, value in error.items()) + " (allowed 1e-8)")
+
+
+def symmetry():
+    for options in (" -ts_split_scheme lie -polymer_form factor -polymer_coupling explicit", " -ts_split_scheme lie -polymer_form factor -polymer_coupling both_sides",
+                    " -ts_split_scheme strang -polymer_form log -polymer_coupling both_sides"):
+        scene = BOX + "-ts_dt 0.05 -ts_max_time 2" + SHEAR + OLDROYD + "0.5" + options
+        print(options.strip())
+        middle = run(scene + " -sphere_centers 0,0,0").rows[:, 0]
+        check(abs(middle[:, V]).max() <= 1e-10, f"  centre at a node: V up to {abs(middle[:, V]).max():.1e} (allowed 1e-10)")
+        check(abs(middle[:, (9, 11)]).max() <= 0.01 * 0.5, f"  omega1 and omega3 up to {abs(middle[:, (9, 11)]).max():.1e} (allowed 0.005: the mesh prefers a diagonal)")
+        off = run(scene + " -sphere_centers 0.013,0.021,0").rows[:, 0]
+        print(f"          centre between nodes, (0.013, 0.021, 0): V3 up to {abs(off[:, 8]).max():.1e}, x3 up to {abs(off[:, 5]).max():.1e}: the mesh is not symmetric there")
+        above, below = (run(scene + f" -sphere_centers 0,0,{z}").rows[:, 0] for z in (0.13, -0.13))
+        error = max(abs(above[:, X] + below[:, X]).max(), abs(above[:, V] + below[:, V]).max(), abs(above[:, OMEGA] - below[:, OMEGA]).max())
+        check(error <= 1e-6, f"  offsets 0.13 and -0.13: mirrored within {error:.1e} (allowed 1e-6); V3 = {above[-1, 8]:+.2e} at the upper one")
+    scene = BOX + "-sphere_centers 0.1,0.02,0.13 -ts_split_scheme strang -ts_dt 0.05 -ts_max_time 2" + OLDROYD + "0.5"
+    middle = run(scene + SHEAR).rows
+    for lower, upper in ((0, 1), (-1, 0)):
+        found, drift = run(scene + f" -wall_velocity_lower {lower},0,0 -wall_velocity_upper {upper},0,0").rows, (lower + upper) / 2
+        found[..., 3] -= drift * found[..., 1]
+        found[..., 6] -= drift
+        check(abs(found - middle)[..., 3:].max() <= 1e-6, f"walls {lower}, {upper} and -1/2, 1/2: {abs(found - middle)[..., 3:].max():.1e} apart, drift taken away (allowed 1e-6)")
+
+
+MESSAGE = re.compile(r"^dlmfd: error: the conformation tensor lost positivity or became infinite at t = (\S+) near x = (\S+),(\S+),(\S+) \(largest trace so far (\S+)\): use ", re.M)
+
+
+def ends_with_message(name, options):
+    """Returns the time that the message names."""
+    code, output, _ = launch(options)
+    errors = [line for line in output.splitlines() if "error" in line.lower()]
+    found = MESSAGE.search(output)
+    check(code == 2 and found and len(errors) == 1 and "PETSC ERROR" not in output, f"{name}: exit {code}, " + (errors[0] if errors else "no message"))
+    check(found and all(abs(float(x)) <= 0.5 for x in found.groups()[1:4]), "  the place lies in the box")
+    return float(found.group(1)) if found else 0.0
+
+
+def health():
+    scene = BOX.replace("1e-9", "1e-6") + "-sphere_centers 0.02,0.01,0.1 -sphere_motion rotate" + SHEAR
+    found = run(scene + " -ts_dt 0.05 -ts_max_time 0.5 -ts_split_scheme strang -output_fields_every 1" + OLDROYD + "0.5")
+    tensors = [found.field("conformation", step) for step in found.steps()]
+    traces = [(c[..., 0] + c[..., 3] + c[..., 5]).max() for c in tensors]
+    least = [numpy.linalg.eigvalsh(c[..., [[0, 1, 2], [1, 3, 4], [2, 4, 5]]])[..., 0] for c in tensors]
+    last = min(range(len(least)), key=lambda k: least[k].min())
+    node = [-0.5 + i / 16 for i in numpy.unravel_index(least[last].argmin(), least[last].shape)]
+    p = found.polymer
+    check(abs(p["largest_trace"] / max(traces) - 1) <= 1e-12, f"largest trace {p['largest_trace']:.6f} is that of the fields, {max(traces):.6f}")
+    check(abs(p["smallest_eigenvalue"] / least[last].min() - 1) <= 1e-9, f"smallest eigenvalue {p['smallest_eigenvalue']:.6f} is that of the fields, {least[last].min():.6f}")
+    check(max(abs(a - b) for a, b in zip(p["smallest_eigenvalue_place"], node)) <= 1e-9, f"  at {p['smallest_eigenvalue_place']}, fields: {node}")
+    check(abs(p["smallest_eigenvalue_time"] - found.times()[last]) <= 1e-9, f"  at t = {p['smallest_eigenvalue_time']}, fields: {found.times()[last]}")
+    check(0.2 < p["courant_number"] < 1 and p["advection_substeps"] == 1 and p["elastic_number"] > 0,
+          f"courant number {p['courant_number']:.3f}, {p['advection_substeps']} sub-steps, elastic number {p['elastic_number']:.3f}")
+
+    unstable = " -ts_dt 0.1 -ts_max_time 4 -polymer_coupling explicit" + OLDROYD + "0.1"  # three times the bound lambda1/3
+    for name, options in (("explicit lie factor", ""), ("explicit strang factor", " -ts_split_scheme strang"), ("explicit lie log", " -polymer_form log")):
+        t = ends_with_message(name, scene + unstable + options)
+        check(abs(t / 0.1 - round(t / 0.1)) <= 1e-4, f"  t = {t} is the end of the step that failed")
+    t = ends_with_message("explicit, three retries", scene + unstable + " -split_retries 3")
+    check(abs((t - 0.0125) / 0.1 - round((t - 0.0125) / 0.1)) <= 1e-4, f"  t = {t}: the last try had dt/8")
+    ends_with_message("absurd dt", scene + " -ts_dt 20 -ts_max_time 2000" + OLDROYD + "1")
+
+
+GROUPS = {"small_wi": small_wi, "ranks": ranks, "symmetry": symmetry, "health": health}
+
+if __name__ == "__main__":
+    polymer_runs.main(GROUPS)
