@@ -4,7 +4,7 @@
   dC/dt + (u.grad) C = (grad u) C + C (grad u)^T - (C - I)/lambda1        (thesis 3.2.6)
 
   C is planar: on each rank the component 11 of all its nodes, then 22, 33, 12, 13, 23; nodes as in a velocity vector. The stress force and
-  the gradient that stretches C are discrete adjoints (docs/theory.md, P2): stress work equals stretching to rounding.
+  the gradient that stretches C are discrete adjoints (docs/theory.md, V2): stress work equals stretching to rounding.
 */
 #ifndef DLMPOLYMER_H
 #define DLMPOLYMER_H
@@ -22,6 +22,16 @@ typedef struct {
   PetscBool sound;     /* C is finite and positive definite */
 } DLMPolymerHealth;
 
+/* What the next step needs beside C and the last velocity. */
+typedef struct {
+  Vec       force_now, force_before; /* extra force at the last two moments, in the layout of a velocity; borrowed */
+  PetscReal time_now, time_before;   /* those moments */
+  PetscInt  n_forces;                /* how many of the two are known */
+  PetscReal velocity_time;           /* the last velocity's, if one is known */
+  PetscBool moves;                   /* one is */
+  PetscInt  mirror;                  /* which way the last advection cut the cubes */
+} DLMPolymerState;
+
 /* spheres may be NULL; grid, spheres and scene must outlive the object. C starts at I, or with the mode that the scene asks for. Collective. */
 PETSC_EXTERN PetscErrorCode DLMPolymerCreate(DLMGrid grid, DLMSpheres spheres, const DLMScene *scene, DLMPolymer *polymer);
 PETSC_EXTERN PetscErrorCode DLMPolymerDestroy(DLMPolymer *polymer);
@@ -31,7 +41,7 @@ PETSC_EXTERN PetscErrorCode DLMPolymerGetConformation(DLMPolymer polymer, Vec *C
 /* Applies the rule of the scene for C inside the spheres at their present centres. Collective. */
 PETSC_EXTERN PetscErrorCode DLMPolymerSetInside(DLMPolymer polymer);
 /*
-  f <- force on the velocity nodes (zero on walls) of the stress of C beyond what the implicit operator holds (P3). C belongs to `time`, the last
+  f <- force on the velocity nodes (zero on walls) of the stress of C beyond what the implicit operator holds (V3). C belongs to `time`, the last
   velocity to the time told to SetVelocity; order 2 extrapolates the force to `target`. Collective.
 */
 PETSC_EXTERN PetscErrorCode DLMPolymerForce(DLMPolymer polymer, PetscReal time, PetscReal target, PetscInt order, Vec f);
@@ -46,6 +56,12 @@ PETSC_EXTERN PetscErrorCode DLMPolymerGetHealth(DLMPolymer polymer, DLMPolymerHe
 /* Keeps the state, and brings the kept one back. Collective. */
 PETSC_EXTERN PetscErrorCode DLMPolymerKeep(DLMPolymer polymer);
 PETSC_EXTERN PetscErrorCode DLMPolymerBringBack(DLMPolymer polymer);
+/*
+  For checkpoints. The vectors of GetState may be written to; SetState then takes the numbers. C and, if one was known, the velocity follow by
+  DLMPolymerGetConformation and DLMPolymerSetVelocity.
+*/
+PETSC_EXTERN PetscErrorCode DLMPolymerGetState(DLMPolymer polymer, DLMPolymerState *state);
+PETSC_EXTERN PetscErrorCode DLMPolymerSetState(DLMPolymer polymer, const DLMPolymerState *state);
 /* Stress work f.u of a velocity that vanishes on the walls, and minus stretching sum_a m_a tau_a : grad u_a. Equal to rounding. Collective. */
 PETSC_EXTERN PetscErrorCode DLMPolymerGetWork(DLMPolymer polymer, Vec u, PetscReal *stress_work, PetscReal *stretching);
 #endif

@@ -29,6 +29,21 @@ typedef struct {
   PetscInt solves, iterations, most_iterations, last_iterations, blocks_built;
 } DLMSaddleWork;
 
+/* What the dense blocks are made from; an entry (or three) per sphere. */
+typedef struct {
+  PetscInt   n_ranks;
+  PetscInt  *first, *rank;      /* first sphere of the sphere's block, and the rank that holds it */
+  PetscReal *center, *origin;   /* 3 each: centres when the block was built, and those that its factors belong to */
+} DLMBlockState;
+
+/* Beside the fluid, what the next solve starts from and is preconditioned by. The same on every rank. */
+typedef struct {
+  PetscInt      n_multipliers;
+  PetscReal    *multipliers;    /* of all spheres' surfaces, sphere by sphere */
+  PetscReal     reference;      /* norm that the tolerance refers to */
+  DLMBlockState blocks;
+} DLMSaddleState;
+
 /* All objects must outlive it. Reads -saddle_ options. Collective. */
 PETSC_EXTERN PetscErrorCode DLMSaddleCreate(DLMStokes stokes, DLMSpheres spheres, DLMPairing pairing, const DLMScene *scene, DLMSaddle *saddle);
 PETSC_EXTERN PetscErrorCode DLMSaddleDestroy(DLMSaddle *saddle);
@@ -42,6 +57,14 @@ PETSC_EXTERN PetscErrorCode DLMSaddleSolve(DLMSaddle saddle, DLMInertia inertia,
 PETSC_EXTERN PetscErrorCode DLMSaddleGetFluid(DLMSaddle saddle, Vec *x);
 PETSC_EXTERN PetscErrorCode DLMSaddleGetWork(DLMSaddle saddle, DLMSaddleWork *work);
 PETSC_EXTERN PetscErrorCode DLMSaddleView(DLMSaddle saddle, PetscViewer viewer);
+/*
+  The state as it is, and one to go on from, which may come from another number of ranks (the centres are set before, the fluid in DLMSaddleGetFluid's
+  vector). StateCreate makes room for the spheres of this scene. Collective.
+*/
+PETSC_EXTERN PetscErrorCode DLMSaddleStateCreate(DLMSaddle saddle, DLMSaddleState *state);
+PETSC_EXTERN PetscErrorCode DLMSaddleStateDestroy(DLMSaddleState *state);
+PETSC_EXTERN PetscErrorCode DLMSaddleGetState(DLMSaddle saddle, DLMSaddleState *state);
+PETSC_EXTERN PetscErrorCode DLMSaddleSetState(DLMSaddle saddle, const DLMSaddleState *state);
 /* Root mean square over all multipliers of Q^T (J u - V - omega x r), after a solve. Collective. */
 PETSC_EXTERN PetscErrorCode DLMSaddleGetSlip(DLMSaddle saddle, PetscReal *slip);
 #endif

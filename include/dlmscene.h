@@ -95,6 +95,9 @@ typedef struct {
   PetscInt  output_every;             /* steps between rows of trajectory.csv */
   PetscInt  output_fields_every;      /* steps between field outputs; 0: none */
   PetscReal progress_every;           /* seconds between progress lines in a batch log */
+  PetscInt  checkpoint_every;         /* steps between checkpoints; 0: none */
+  PetscReal checkpoint_minutes;       /* minutes between checkpoints; 0: none */
+  char      restart[PETSC_MAX_PATH_LEN]; /* the checkpoint to go on from, or "" */
   char      source[PETSC_MAX_PATH_LEN]; /* the scene's file, "" if written in options only */
 } DLMScene;
 

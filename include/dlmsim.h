@@ -15,8 +15,10 @@ PETSC_EXTERN PetscErrorCode DLMSimulationCreate(const DLMScene *scene, DLMSimula
 PETSC_EXTERN PetscErrorCode DLMSimulationDestroy(DLMSimulation *sim);
 /* What was built and why. Collective. */
 PETSC_EXTERN PetscErrorCode DLMSimulationView(DLMSimulation sim, PetscViewer viewer);
-/* Runs to ts_max_time or ts_max_steps. Writes the output files into scene->output_dir, which it creates. Collective. */
+/* Runs to ts_max_time or ts_max_steps, or until SIGTERM or SIGUSR1; goes on from -restart. Writes the output files into scene->output_dir, which it creates. Collective. */
 PETSC_EXTERN PetscErrorCode DLMSimulationSolve(DLMSimulation sim);
+/* True if a signal ended the run before its time; a checkpoint of it was written. */
+PETSC_EXTERN PetscErrorCode DLMSimulationGetStopped(DLMSimulation sim, PetscBool *stopped);
 /* Borrowed; NULL where the scene has no such object. */
 PETSC_EXTERN PetscErrorCode DLMSimulationGetObjects(DLMSimulation sim, TS *ts, DLMGrid *grid, DLMStokes *stokes, DLMSpheres *spheres, DLMSaddle *saddle);
 #endif

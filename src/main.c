@@ -4,7 +4,7 @@
 static const char help[] = "Rigid spheres in bounded shear flows: distributed Lagrange multipliers on a uniform mesh.\n"
                            "  dlmfd SCENE.yaml [-key value ...]        or        mpirun -n 2 dlmfd SCENE.yaml [-key value ...]\n\n";
 
-static PetscErrorCode Run(int argc, char **argv)
+static PetscErrorCode Run(int argc, char **argv, PetscBool *stopped)
 {
   const MPI_Comm comm = PETSC_COMM_WORLD;
   DLMScene      *scene;
@@ -28,6 +28,7 @@ static PetscErrorCode Run(int argc, char **argv)
     PetscCall(DLMSceneView(scene, PETSC_VIEWER_STDOUT_WORLD));
     PetscCall(DLMSimulationView(sim, PETSC_VIEWER_STDOUT_WORLD));
     PetscCall(DLMSimulationSolve(sim));
+    PetscCall(DLMSimulationGetStopped(sim, stopped));
   }
   PetscCall(DLMSimulationDestroy(&sim));
   PetscCall(DLMSceneDestroy(&scene));
@@ -37,11 +38,12 @@ static PetscErrorCode Run(int argc, char **argv)
 int main(int argc, char **argv)
 {
   PetscErrorCode ierr;
+  PetscBool      stopped = PETSC_FALSE;
 
   if (DLMInitialize(argc, argv, help)) return 1;
   if (PetscPushErrorHandler(DLMErrorHandler, NULL)) return 1;
-  ierr = Run(argc, argv);
+  ierr = Run(argc, argv, &stopped);
   if (ierr && ierr != PETSC_ERR_USER_INPUT) MPI_Abort(MPI_COMM_WORLD, 1);
   if (PetscFinalize()) return 1;
-  return ierr ? 2 : 0;
+  return ierr ? 2 : (stopped ? 3 : 0); /* 3: a signal ended the run, -restart continues it */
 }

@@ -6,7 +6,7 @@
     dlmfd_calibrate -radii 3,4.8 -positions 4 -pairing_degree 3  another cover: any key -pairing_... takes the table's place
 
   The box is 2 x 2 x 2, periodic in x1 and x2. A force along x2, a torque about x3 and a shear in the x1-x3 plane act at once; by symmetry
-  they do not disturb each other.
+  they do not disturb each other, but the mesh is less symmetric, so none may be much stronger than the others.
 */
 #include <dlmsaddle.h>
 
@@ -39,20 +39,23 @@ static const Plan table[] = {
   { IMMERSED, SURFACE, DLM_AUTO, DLM_AUTO, DLM_AUTO, DLM_AUTO, 2, 8, 12 }, /* what a scene gets */
   { IMMERSED, SURFACE, DLM_AUTO, 1, 0, 0, 2, 6, 6 },                       /* harmonics of degree 1 alone */
   { IMMERSED, SURFACE, DLM_AUTO, 4, 0, 0, 3, 6, 6 },                       /* rigid harmonics */
-  { IMMERSED, SURFACE, 1.0, 0, 0, 0, 2, 5, 12 },
+  /* a multiplier at every point, thesis's retraction; beyond a/h = 4 volume points take hundreds of iterations at 1 h */
+  { IMMERSED, SURFACE, 1.0, 0, 0, 0, 2, 8, 12 },
   { IMMERSED, SURFACE, 1.5, 0, 0, 0, 2, 8, 12 },
-  { IMMERSED, SURFACE, 2.0, 0, 0, 0, 2, 5, 12 },
+  { IMMERSED, SURFACE, 2.0, 0, 0, 0, 2, 8, 12 },
   { IMMERSED, VOLUME, 1.0, 0, 0, 0, 2, 4, 12 },
   { IMMERSED, VOLUME, 1.5, 0, 0, 0, 2, 4, 12 },
+  { IMMERSED, VOLUME, 1.5, 0, 0, 0, 5, 8, 4 },
   { IMMERSED, VOLUME, 2.0, 0, 0, 0, 2, 4, 12 },
-  { IMMERSED, VOLUME, 2.0, 0, 0, 0, 5, 8, 2 },
-  { COLLOCATION, SURFACE, 1.0, 0, 0, 0, 2, 5, 12 },
+  { IMMERSED, VOLUME, 2.0, 0, 0, 0, 5, 8, 4 },
+  { COLLOCATION, SURFACE, 1.0, 0, 0, 0, 2, 8, 12 },
   { COLLOCATION, SURFACE, 1.5, 0, 0, 0, 2, 8, 12 },
-  { COLLOCATION, SURFACE, 2.0, 0, 0, 0, 2, 5, 12 },
+  { COLLOCATION, SURFACE, 2.0, 0, 0, 0, 2, 8, 12 },
   { COLLOCATION, VOLUME, 1.0, 0, 0, 0, 2, 4, 12 },
   { COLLOCATION, VOLUME, 1.5, 0, 0, 0, 2, 4, 12 },
+  { COLLOCATION, VOLUME, 1.5, 0, 0, 0, 5, 8, 4 },
   { COLLOCATION, VOLUME, 2.0, 0, 0, 0, 2, 4, 12 },
-  { COLLOCATION, VOLUME, 2.0, 0, 0, 0, 5, 8, 2 },
+  { COLLOCATION, VOLUME, 2.0, 0, 0, 0, 5, 8, 4 },
 };
 
 /* One scene on one mesh; its Stokes solver serves all covers. */
@@ -100,6 +103,15 @@ static PetscErrorCode PrintChoice(MPI_Comm comm, PetscReal value)
   PetscFunctionReturn(0);
 }
 
+/* Force and torque that move the surface as fast as the shear (of rate 1) moves the fluid there. */
+static void LoadLikeShear(PetscReal mu, DLMSphereSpec *spec)
+{
+  const PetscReal a = spec->radius;
+
+  spec->force[1]  = 6.0 * PETSC_PI * mu * a * a;
+  spec->torque[2] = 8.0 * PETSC_PI * mu * a * a * a;
+}
+
 /* Measures at one radius (in h) and prints a line: means over the positions, and largest minus smallest. */
 static PetscErrorCode Line(Setup *s, PetscReal r, PetscInt positions)
 {
@@ -110,6 +122,7 @@ static PetscErrorCode Line(Setup *s, PetscReal r, PetscInt positions)
 
   PetscFunctionBeginUser;
   scene->spheres[0].radius = r * scene->h;
+  LoadLikeShear(scene->fluid_viscosity, &scene->spheres[0]);
   for (PetscInt p = 0; p < positions; p++) {
     PetscReal radius[MOMENTS];
     PetscInt  its;
@@ -188,12 +201,12 @@ static PetscErrorCode CoverGiven(PetscBool *given)
 
 static PetscErrorCode FixScene(void)
 {
-  const char *fixed[][2] = { { "-box_size", "2,2,2" }, { "-sphere_centers", "0,0,0" }, { "-sphere_force", "0,1,0" }, { "-sphere_torque", "0,0,1" },
-                             { "-sphere_inertia", "0" }, { "-wall_velocity_upper", "1,0,0" }, { "-wall_velocity_lower", "-1,0,0" } };
+  const char *fixed[][2] = { { "-box_size", "2,2,2" }, { "-sphere_centers", "0,0,0" }, { "-sphere_inertia", "0" }, { "-wall_velocity_upper", "1,0,0" },
+                             { "-wall_velocity_lower", "-1,0,0" } };
   PetscBool   set;
 
   PetscFunctionBeginUser;
-  for (int i = 0; i < 7; i++) PetscCall(PetscOptionsSetValue(NULL, fixed[i][0], fixed[i][1]));
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(fixed); i++) PetscCall(PetscOptionsSetValue(NULL, fixed[i][0], fixed[i][1]));
   PetscCall(PetscOptionsHasName(NULL, NULL, "-saddle_rtol", &set));
   if (!set) PetscCall(PetscOptionsSetValue(NULL, "-saddle_rtol", "1e-5"));
   PetscFunctionReturn(0);

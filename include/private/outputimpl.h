@@ -10,9 +10,9 @@ struct _p_DLMOutput {
   PetscBool      terminal;   /* progress rewrites one line */
   PetscLogDouble started, last_progress;
   PetscReal      start_time;
-  PetscReal      smallest_gap, largest_slip;
 };
 
+/* Open: a run that goes on keeps what the files hold up to its first step. */
 PETSC_INTERN PetscErrorCode DLMTrajectoryOpen(DLMOutput output);
 PETSC_INTERN PetscErrorCode DLMTrajectoryWrite(DLMOutput output, PetscInt step, PetscReal time);
 PETSC_INTERN PetscErrorCode DLMFieldsOpen(DLMOutput output);

@@ -20,10 +20,43 @@ typedef struct {
   as the solver. Collective.
 */
 PETSC_INTERN PetscErrorCode DLMResponseGet(DLMStokes stokes, PetscInt far, const DLMResponse **response);
+/* Points closer than CLOSE (in h, on every axis) are paired exactly, by their nodes; a stencil reaches REACH nodes away. */
+enum { DLM_RESPONSE_CLOSE = 3, DLM_RESPONSE_REACH = 2, DLM_RESPONSE_WINDOW = 2 * (DLM_RESPONSE_CLOSE + DLM_RESPONSE_REACH + 1) + 1 };
+
+/* The velocity L J^T of unit forces on one point: at nodes around it, each when first asked for. */
+typedef struct {
+  const DLMResponse *response;
+  DLMGrid            grid;
+  const DLMMarkers  *markers;
+  PetscInt           point, base[3]; /* base: the node below the point */
+  PetscReal          x[3];           /* of the point, in h from the lower corner */
+  PetscInt           n_sources;      /* nodes that the point pushes, those on walls left out */
+  PetscReal          weight[64];
+  const PetscReal   *response_at_base[64]; /* near table of each source: what it does at the base */
+  PetscBool          known[DLM_RESPONSE_WINDOW * DLM_RESPONSE_WINDOW * DLM_RESPONSE_WINDOW];
+  PetscReal          velocity[9 * DLM_RESPONSE_WINDOW * DLM_RESPONSE_WINDOW * DLM_RESPONSE_WINDOW]; /* [node][3 velocity + force direction] */
+} DLMResponseField;
+
+/* The field of point j at x. Not collective. */
+PETSC_INTERN void DLMResponseFieldSetPoint(DLMResponseField *field, const DLMResponse *response, DLMGrid grid, const DLMMarkers *markers, PetscInt j,
+                                           const PetscReal x[3]);
 /*
-  entry[9] <- J L J^T between point i of markers a and point j of markers b; shift (in h, multiples of the period) is added to the
-  nodes of b. Not collective.
+  entry[9] <- J L J^T between point i at x, of the same markers, and the field's point; shift (in h, multiples of the period) is added to the
+  nodes of the field's point. Not collective.
 */
-PETSC_INTERN void DLMResponseEntry(const DLMResponse *response, DLMGrid grid, const DLMMarkers *a, PetscInt i, const PetscReal xa[3],
-                                   const DLMMarkers *b, PetscInt j, const PetscReal xb[3], const PetscInt shift[3], PetscReal entry[9]);
+PETSC_INTERN void DLMResponseFieldEntry(DLMResponseField *field, PetscInt i, const PetscReal x[3], const PetscInt shift[3], PetscReal entry[9]);
+
+static inline PetscReal *DLMResponseNear(const DLMResponse *r, PetscInt parity, const PetscInt o[3])
+{
+  const PetscInt w = 2 * r->near + 1;
+
+  return r->near_table + 9 * ((o[0] + r->near) + w * ((o[1] + r->near) + w * ((o[2] + r->near) + w * parity)));
+}
+
+static inline PetscReal *DLMResponseFar(const DLMResponse *r, PetscReal *table, const PetscInt o[3])
+{
+  const PetscInt w = 2 * r->far + 1;
+
+  return table + 9 * ((o[0] + r->far) + w * ((o[1] + r->far) + w * (o[2] + r->far)));
+}
 #endif

@@ -20,15 +20,21 @@ typedef struct {
   PetscInt   n_spheres, *spheres; /* ascending */
   PetscInt   n;                   /* multipliers */
   PetscReal *center;              /* where the spheres were when the block was built */
-  PetscReal *factor;              /* Cholesky factor of S = Q^T J L J^T Q, column major, lower; NULL: S = unit times the unit matrix */
-  PetscReal  unit;
-  PetscReal *R, *Y;               /* n x 6 n_spheres: Q^T of the rigid motions, and S^-1 R */
+  PetscReal *origin;              /* the same, or where the sphere was whose factors a lone sphere took over */
+  PetscReal *factor;              /* Cholesky factor of S = Q^T J L J^T Q, column major, lower; NULL: the unit matrix */
+  PetscReal *R, *Y;               /* n x 6 n_spheres: Q^T of the rigid motions, and (scale S)^-1 R */
   PetscBool  harmonic;            /* fewer multipliers than points */
-  PetscReal *W;                   /* Cholesky factor of R^T S^-1 R + M/dt */
+  PetscReal *W;                   /* Cholesky factor of R^T (scale S)^-1 R + M/dt */
   PetscInt   start;               /* first entry in the gathered vector: multipliers, then rigid motions */
 } DLMBlock;
 
-/* Dense preconditioner of the bodies' Schur complement [-J L J^T, R; R^T, M/dt]. */
+/*
+  Dense preconditioner of the bodies' Schur complement [-J L J^T, R; R^T, M/dt].
+
+  Iterates of lambda hardly depend on the scale of S, but the part of the slip that is a rigid motion changes by 1 - alpha per step of length alpha, and
+  alpha goes with the scale: where steps may be longer than 2 that part would grow until nothing else is left of the residual (Rozloznik and
+  Simoncini, SIAM J. Matrix Anal. Appl. 24, 2002).
+*/
 typedef struct {
   DLMSpheres     spheres;
   DLMPairing     pairing;
@@ -36,6 +42,7 @@ typedef struct {
   DLMStokes      stokes;
   const DLMResponse *response;
   PetscBool      plain;           /* unit matrix in place of J L J^T (Uzawa) */
+  PetscReal      scale;           /* of S in all blocks */
   PetscInt       n, capacity;
   DLMBlock      *block;           /* of this rank */
   PetscSF        gather;          /* bodies' vector -> blocks */
@@ -65,10 +72,7 @@ struct _p_DLMSaddle {
   DLMSaddleWork   work;
 };
 
-/*
-  Factor of the whole Uzawa preconditioner. Iterates of the pressure and the multipliers do not depend on it, but the part of the slip that is a
-  rigid motion shrinks by 1 - alpha per step of length alpha, and grows without this (Rozloznik and Simoncini, SIAM J. Matrix Anal. Appl. 24, 2002).
-*/
+/* Factor of the whole Uzawa preconditioner: pressure mass, and scale of the multipliers' unit matrix (see DLMBlocks). */
 static inline PetscReal DLMUzawaScale(DLMStokes stokes)
 {
   return 0.2 * PetscMin(1.0, 1.0 / (stokes->viscosity * stokes->grid->h));
@@ -88,7 +92,13 @@ PETSC_INTERN PetscErrorCode DLMBlocksCreate(DLMStokes stokes, DLMPairing pairing
 PETSC_INTERN PetscErrorCode DLMBlocksDestroy(DLMBlocks **blocks);
 /* Brings the blocks up to date with centres, layout and inertia. Collective. */
 PETSC_INTERN PetscErrorCode DLMBlocksUpdate(DLMBlocks *blocks, const DLMBodyLayout *layout, PetscReal inertia_weight);
-/* z <- [-S, R; R^T, M/dt]^-1 r, block by block; local parts of bodies' vectors. Collective. */
+/*
+  What the blocks are made from, by sphere and the same on every rank, and blocks made anew from it: on the rank that had them, or on that of their first
+  sphere if the number of ranks was another one. Blocks that do not outlast a move are left to DLMBlocksUpdate. Collective.
+*/
+PETSC_INTERN PetscErrorCode DLMBlocksGetState(DLMBlocks *blocks, DLMBlockState *state);
+PETSC_INTERN PetscErrorCode DLMBlocksSetState(DLMBlocks *blocks, const DLMBodyLayout *layout, const DLMBlockState *state);
+/* z <- [-scale S, R; R^T, M/dt]^-1 r, block by block; local parts of bodies' vectors. Collective. */
 PETSC_INTERN PetscErrorCode DLMBlocksApply(DLMBlocks *blocks, const PetscScalar *r, PetscScalar *z);
 /* sum over the blocks of lambda^T S lambda. Collective. */
 PETSC_INTERN PetscErrorCode DLMBlocksEnergy(DLMBlocks *blocks, const PetscScalar *x, PetscReal *energy);
@@ -127,6 +137,8 @@ PETSC_INTERN PetscErrorCode DLMSaddleLoads(DLMSaddle s, const PetscScalar *multi
 /* Harmonics of degree 0 and 1, which carry force, torque and stresslet: the first multipliers of a sphere. */
 enum { DLM_STIFF_MULTIPLIERS = 4 };
 
+/* saddle.c: markers, layout and solver for the present centres; the multipliers move along. Collective. */
+PETSC_INTERN PetscErrorCode DLMSaddleUpdateLayout(DLMSaddle saddle);
 PETSC_INTERN PetscErrorCode DLMLayoutUpdate(DLMSpheres spheres, DLMPairing pairing, DLMBodyLayout *layout);
 PETSC_INTERN PetscErrorCode DLMLayoutDestroy(DLMBodyLayout *layout);
 
@@ -134,4 +146,7 @@ PETSC_INTERN PetscErrorCode DLMLayoutDestroy(DLMBodyLayout *layout);
 PETSC_INTERN PetscErrorCode DLMSaddleBuildSolver(DLMSaddle saddle);
 PETSC_INTERN PetscErrorCode DLMSaddleResetSolver(DLMSaddle saddle);
 PETSC_INTERN PetscErrorCode DLMSaddleRegister(void);
+
+/* result.c: takes u, p, lambda and U from the solution of the KSP and writes the states of the spheres. Collective. */
+PETSC_INTERN PetscErrorCode DLMSaddleStoreResult(DLMSaddle saddle);
 #endif

@@ -4,9 +4,16 @@
 #include <petsctime.h>
 #include "../dlmpolymer.h"
 #include "../dlmsim.h"
+#include "checkpoint.h"
 #include "dlmfieldsio.h"
 
 typedef struct _p_DLMOutput *DLMOutput;
+
+/* Where a checkpoint stands. */
+typedef struct {
+  PetscInt  step;
+  PetscReal time, dt, ts_dt, ts_max_time; /* dt: of the next step; then the options of the run that wrote it */
+} DLMRunState;
 
 /*
   The mesh rides along periodic axes with the mean velocity of the walls: creeping flow does not know which wall moves, and so neither do the
@@ -28,12 +35,19 @@ struct _p_DLMSimulation {
   DLMPolymerHealth worst;   /* smallest eigenvalue, largest trace and courant number of the run so far */
   PetscReal       worst_time;
   DLMSphereState *kept; /* of the start of the step, like the next two */
-  PetscReal       kept_velocity_time, kept_last_interval;
+  PetscReal       kept_velocity_time, kept_last_interval, kept_dt;
+  Vec             kept_fluid;
   TS              ts;
   Vec             sphere_states, solution; /* solution: sphere states, nested with C if there is polymer; sphere states: centre, V, omega and those of the step before, 15 per sphere */
   PetscReal      *start;    /* centres at the start of the step, 3 per sphere */
   PetscReal      *force, *torque; /* on the spheres beside the fluid */
   PetscReal       velocity_time, last_interval; /* time of the last velocities; interval before it, 0 in the first step */
+  PetscReal       smallest_gap, largest_slip;   /* of the run so far */
+  DLMCheckpointFile *restart;    /* open from Create to Solve, NULL if the run starts anew */
+  PetscInt        first_step;    /* that the run starts from */
+  PetscBool       checkpoint_due; /* after the outputs of this step, like stop_signal the same on every rank */
+  int             stop_signal;   /* that ended the run, or 0 */
+  PetscLogDouble  last_checkpoint;
   DLMOutput       output;
   PetscLogDouble  created, setup_seconds;
 };
@@ -55,10 +69,20 @@ PETSC_INTERN PetscErrorCode DLMSimulationWarnOfTimeStep(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMSimulationKeep(void *sim);
 PETSC_INTERN PetscErrorCode DLMSimulationBringBack(void *sim);
 PETSC_INTERN PetscErrorCode DLMSimulationGiveUp(void *sim);
+/* stop.c: SIGTERM and SIGUSR1 end the run after the present step; StopCatch at its start, StopRelease at its end. */
+PETSC_INTERN PetscErrorCode DLMStopCatch(DLMSimulation sim);
+PETSC_INTERN PetscErrorCode DLMStopRelease(DLMSimulation sim);
 /* substeps.c */
 PETSC_INTERN PetscErrorCode DLMSimulationAddSubsteps(DLMSimulation sim);
 /* Velocities that balance the forces at the present centres, for spheres without inertia. */
 PETSC_INTERN PetscErrorCode DLMSimulationStart(DLMSimulation sim);
+/*
+  io/checkpoint.c. Write: the state after the last accepted step, to go on with dt; *failed is 0 or errno, and then an older file is untouched.
+  Open: if the scene asks for a restart, checks the file and what must not change. Load: sets every object and the TS.
+*/
+PETSC_INTERN PetscErrorCode DLMCheckpointWrite(DLMSimulation sim, const char *path, PetscReal dt, int *failed);
+PETSC_INTERN PetscErrorCode DLMCheckpointOpen(DLMSimulation sim);
+PETSC_INTERN PetscErrorCode DLMCheckpointLoad(DLMSimulation sim);
 /* io/output.c: a TS monitor that writes the run's files and its progress. */
 PETSC_INTERN PetscErrorCode DLMOutputCreate(DLMSimulation sim, DLMOutput *output);
 PETSC_INTERN PetscErrorCode DLMOutputFinish(DLMOutput output);

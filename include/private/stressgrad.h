@@ -1,7 +1,7 @@
 /*
   The adjoint pair on planar arrays with one layer of ghost nodes: plain C, no PETSc, no MPI.
 
-  grad:  g_ij[a] = (1/m_a) sum_b D_j[a,b] u_i[b]         force:  f_i[a] = sum_b sum_j D_j[a,b] T_ij[b]      (docs/theory.md, P2)
+  grad:  g_ij[a] = (1/m_a) sum_b D_j[a,b] u_i[b]         force:  f_i[a] = sum_b sum_j D_j[a,b] T_ij[b]      (docs/theory.md, V2)
 
   D_j from DLMKuhnDerivative, m the lumped mass. On velocities that vanish at walls force and -m grad are transposes of each other.
 */
@@ -21,7 +21,7 @@ void DLMGradientLine(const DLMKuhnRow *row, const long stride[3], long n, const 
 /* T in the order 11, 22, 33, 12, 13, 23; f[i] is written. */
 void DLMForceLine(const DLMKuhnRow *row, const long stride[3], long n, const double *const T[6], double *const f[3]);
 /*
-  Residual of the wave-like advection (P5) over a block of cells, six fields at once: every pointer is at the node (0,0,0) of the block.
+  Residual of the wave-like advection (V5) over a block of cells, six fields at once: every pointer is at the node (0,0,0) of the block.
 
     r[a] += sum over tetrahedra of  - first int phi_a u.grad phi - second int (u.grad phi_a)(u.grad phi),   u its mean over the tetrahedron
 

@@ -11,7 +11,7 @@ PetscErrorCode DLMFieldsOpen(DLMOutput output)
   PetscInt        nodes[3];
 
   PetscFunctionBegin;
-  PetscCall(DLMFieldFileCreate(grid->comm, output->sim->scene->output_dir, -1, &output->fields));
+  PetscCall(DLMFieldFileCreate(grid->comm, output->sim->scene->output_dir, output->sim->first_step, &output->fields));
   PetscCall(DLMFieldFileAddMesh(output->fields, "velocity_mesh", grid->nodes, grid->lower, fine, grid->periodic));
   for (int d = 0; d < 3; d++) nodes[d] = grid->cells[d] / 2 + (grid->periodic[d] ? 0 : 1);
   PetscCall(DLMFieldFileAddMesh(output->fields, "pressure_mesh", nodes, grid->lower, coarse, grid->periodic));

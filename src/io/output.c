@@ -1,5 +1,6 @@
 #include <sys/stat.h>
 #include <errno.h>
+#include <signal.h>
 #include "../../include/private/outputimpl.h"
 
 /* Creates a folder and those above it. Rank 0. Returns 0 or errno. */
@@ -28,7 +29,41 @@ static PetscErrorCode CreateFolder(const DLMScene *scene)
   PetscFunctionReturn(0);
 }
 
-/* Every step: files at their intervals, the health of the run, progress. */
+static PetscErrorCode WriteCheckpoint(DLMSimulation sim, PetscInt step, PetscReal time)
+{
+  PetscReal   dt;
+  PetscMPIInt rank;
+  int         failed;
+  char        path[PETSC_MAX_PATH_LEN];
+
+  PetscFunctionBegin;
+  PetscCall(TSGetTimeStep(sim->ts, &dt));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/checkpoint.h5", sim->scene->output_dir));
+  PetscCall(DLMCheckpointWrite(sim, path, dt, &failed));
+  DLMUserCheck(!failed, sim->scene->comm, "output_dir: cannot write %s (%s); the checkpoint before it, if any, is untouched: free some space or give another folder", path,
+               strerror(failed));
+  PetscCall(PetscTime(&sim->last_checkpoint));
+  PetscCallMPI(MPI_Comm_rank(sim->scene->comm, &rank));
+  if (rank == 0 && sim->stop_signal)
+    printf("stopped by %s at t = %.6g, step %ld: -restart %s goes on\n", sim->stop_signal == SIGTERM ? "SIGTERM" : "SIGUSR1", (double)time, (long)step, path);
+  PetscFunctionReturn(0);
+}
+
+/* The checkpoint of an earlier run does not belong to the files of a new one, but is not thrown away. */
+static PetscErrorCode PutAside(const DLMScene *scene)
+{
+  PetscMPIInt rank;
+  char        path[PETSC_MAX_PATH_LEN], aside[PETSC_MAX_PATH_LEN];
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/checkpoint.h5", scene->output_dir));
+  PetscCall(PetscSNPrintf(aside, sizeof(aside), "%s/checkpoint_before.h5", scene->output_dir));
+  if (rank == 0 && rename(path, aside) == 0) printf("%s of an earlier run is now %s\n", path, aside);
+  PetscFunctionReturn(0);
+}
+
+/* Every step: files at their intervals, the health of the run, progress; then the checkpoint, which stands for all that is written before it. */
 static PetscErrorCode Monitor(TS ts, PetscInt step, PetscReal time, Vec solution, void *context)
 {
   DLMOutput       output = (DLMOutput)context;
@@ -38,17 +73,19 @@ static PetscErrorCode Monitor(TS ts, PetscInt step, PetscReal time, Vec solution
   PetscFunctionBegin;
   PetscCall(TSGetConvergedReason(ts, &reason));
   const PetscBool last = (PetscBool)(reason != TS_CONVERGED_ITERATING);
+  if (step == output->sim->first_step) PetscFunctionReturn(0); /* the run before has written it */
   if (output->sim->spheres) {
     PetscReal gap, slip;
     PetscCall(DLMSpheresGetSmallestGap(output->sim->spheres, &gap));
-    output->smallest_gap = PetscMin(output->smallest_gap, gap);
+    output->sim->smallest_gap = PetscMin(output->sim->smallest_gap, gap);
     if (step > 0) PetscCall(DLMSaddleGetSlip(output->sim->saddle, &slip));
     else slip = 0.0;
-    output->largest_slip = PetscMax(output->largest_slip, slip);
+    output->sim->largest_slip = PetscMax(output->sim->largest_slip, slip);
   }
   if (step % PetscMax(1, scene->output_every) == 0 || last) PetscCall(DLMTrajectoryWrite(output, step, time));
   if (output->fields && (step % scene->output_fields_every == 0 || last)) PetscCall(DLMFieldsWrite(output, step, time));
   PetscCall(DLMProgress(output, step, time, last));
+  if (output->sim->checkpoint_due) PetscCall(WriteCheckpoint(output->sim, step, time));
   PetscFunctionReturn(0);
 }
 
@@ -58,10 +95,10 @@ PetscErrorCode DLMOutputCreate(DLMSimulation sim, DLMOutput *new_output)
 
   PetscFunctionBegin;
   PetscCall(PetscNew(&output));
-  output->sim          = sim;
-  output->smallest_gap = PETSC_INFINITY;
-  *new_output          = output;
+  output->sim = sim;
+  *new_output = output;
   PetscCall(CreateFolder(sim->scene));
+  if (sim->first_step < 0) PetscCall(PutAside(sim->scene));
   PetscCall(PetscTime(&output->started));
   output->last_progress = output->started;
   PetscCall(TSGetTime(sim->ts, &output->start_time));

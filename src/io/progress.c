@@ -28,7 +28,7 @@ PetscErrorCode DLMProgress(DLMOutput output, PetscInt step, PetscReal time, Pets
   left = time > output->start_time ? (now - output->started) * (end - time) / (time - output->start_time) : 0.0;
   PetscCall(DLMSaddleGetWork(output->sim->saddle, &work));
   printf("%st = %-9.4g of %.4g  step %-6ld  iterations %-3ld", output->terminal ? "\r" : "", (double)time, (double)end, (long)step, (long)work.last_iterations);
-  if (output->sim->spheres && !PetscIsInfOrNanReal(output->smallest_gap)) printf("  smallest gap %-9.3g", (double)output->smallest_gap);
+  if (output->sim->spheres && output->sim->smallest_gap < PETSC_INFINITY) printf("  smallest gap %-9.3g", (double)output->sim->smallest_gap);
   if (output->sim->polymer) printf("  eigenvalue %-9.3g trace %-9.3g", (double)output->sim->worst.smallest_eigenvalue, (double)output->sim->worst.largest_trace);
   if (last) printf("  took %.1f s   \n", now - output->started);
   else printf("  left %ld:%02ld:%02ld  %s", (long)(left / 3600.0), (long)(left / 60.0) % 60, (long)left % 60, output->terminal ? "" : "\n");

@@ -6,10 +6,10 @@ static void Vector(FILE *file, const char *name, const PetscReal x[3])
   fprintf(file, "    \"%s\": [%.15g, %.15g, %.15g],\n", name, (double)x[0], (double)x[1], (double)x[2]);
 }
 
-/* JSON has no infinity. */
+/* JSON has no infinity; PETSc's is a large number. */
 static void Number(FILE *file, const char *name, PetscReal x)
 {
-  if (PetscIsInfOrNanReal(x)) fprintf(file, "  \"%s\": null,\n", name);
+  if (PetscIsInfOrNanReal(x) || x >= PETSC_INFINITY) fprintf(file, "  \"%s\": null,\n", name);
   else fprintf(file, "  \"%s\": %.15g,\n", name, (double)x);
 }
 
@@ -149,8 +149,8 @@ PetscErrorCode DLMSummaryWrite(DLMOutput output)
       Number(file, "seconds", now - output->started);
       PetscCall(WriteWork(file, sim));
       Number(file, "peak_memory_MiB", memory);
-      Number(file, "largest_slip", output->largest_slip);
-      Number(file, "smallest_gap", output->smallest_gap);
+      Number(file, "largest_slip", sim->largest_slip);
+      Number(file, "smallest_gap", sim->smallest_gap);
       Number(file, "largest_contact_force", sim->contact.largest);
       if (sim->polymer) WriteHealth(file, sim);
       fprintf(file, "  \"largest_divergence\": %.6g\n}\n", (double)divergence);

@@ -1,3 +1,4 @@
+#include <errno.h>
 #include <unistd.h>
 #include "../../include/private/outputimpl.h"
 
@@ -13,6 +14,35 @@ static PetscErrorCode Agree(DLMOutput output, int written)
   PetscFunctionReturn(0);
 }
 
+/*
+  Rows of a trajectory up to and including a step, whole ones only, through a temporary file. An absent file has none. Returns 0 or errno.
+*/
+static int KeepRows(const char *path, PetscInt last)
+{
+  FILE   *old = fopen(path, "r"), *kept;
+  char   *row = NULL, fresh[PETSC_MAX_PATH_LEN + 8];
+  size_t  room = 0;
+  ssize_t length;
+  int     failed = 0;
+
+  if (!old && errno != ENOENT) return errno;
+  snprintf(fresh, sizeof(fresh), "%s.new", path);
+  kept = fopen(fresh, "w");
+  if (!kept) failed = errno;
+  if (!failed) fputs(header, kept);
+  while (!failed && old && (length = getline(&row, &room, old)) > 0) {
+    char *end;
+    const long step = strtol(row, &end, 10);
+    if (row[length - 1] == '\n' && *end == ',' && end > row && step <= (long)last) fputs(row, kept);
+  }
+  free(row);
+  if (old) fclose(old);
+  if (kept && (ferror(kept) | fclose(kept))) failed = errno ? errno : EIO;
+  if (!failed && rename(fresh, path)) failed = errno;
+  if (failed) unlink(fresh);
+  return failed;
+}
+
 PetscErrorCode DLMTrajectoryOpen(DLMOutput output)
 {
   const DLMScene *scene = output->sim->scene;
@@ -25,8 +55,9 @@ PetscErrorCode DLMTrajectoryOpen(DLMOutput output)
   PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
   if (rank == 0) {
     PetscCall(PetscSNPrintf(path, sizeof(path), "%s/trajectory.csv", scene->output_dir));
-    output->trajectory = fopen(path, "w");
-    written            = output->trajectory && fputs(header, output->trajectory) >= 0;
+    if (output->sim->first_step >= 0) written = !KeepRows(path, output->sim->first_step);
+    if (written) output->trajectory = fopen(path, output->sim->first_step >= 0 ? "a" : "w");
+    written = output->trajectory && (output->sim->first_step >= 0 || fputs(header, output->trajectory) >= 0);
   }
   PetscCall(Agree(output, written));
   PetscFunctionReturn(0);

@@ -1,7 +1,7 @@
 #include "../../include/private/polymerimpl.h"
 
 /*
-  Advection of the carried variable (components of the Cholesky factor or of log C) by the wave-like equation (docs/theory.md, P5; thesis 3.4.80-3.4.84):
+  Advection of the carried variable (components of the Cholesky factor or of log C) by the wave-like equation (docs/theory.md, V5; thesis 3.4.80-3.4.84):
   phi'' = div((u.grad phi) u), phi' = -u.grad phi at the start, lumped mass, sub-steps tau under a Courant bound. The first sub-step is
   Lax and Wendroff's; the later ones are three-level and conserve. A wall with normal velocity lets the fluid in with C = I or out freely.
 */

@@ -1,7 +1,7 @@
 #include <math.h>
 #include "../../include/private/rheology.h"
 
-/* eta1(gd) = eta1 (1 + (lambda1 gd)^2)^((n-1)/2); solvent and polymer keep the ratio lambda2/lambda1 (docs/theory.md, P6). */
+/* eta1(gd) = eta1 (1 + (lambda1 gd)^2)^((n-1)/2); solvent and polymer keep the ratio lambda2/lambda1 (docs/theory.md, V6). */
 void DLMCarreauViscosity(const DLMScene *fluid, long n, const double *rate, double *solvent, double *polymer)
 {
   const double part = fluid->retardation_time / fluid->relaxation_time, power = 0.5 * (fluid->carreau_n - 1.0);

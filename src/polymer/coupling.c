@@ -162,7 +162,7 @@ static void LocalStress(DLMPolymer p, PetscBool viscous, double *const T[6])
   }
 }
 
-/* T <- what the stress of C holds beyond the implicit operator's part (docs/theory.md, P3) */
+/* T <- what the stress of C holds beyond the implicit operator's part (docs/theory.md, V3) */
 static PetscErrorCode ExtraStress(DLMPolymer p, double *const T[6])
 {
   const PetscReal mu = p->scene->fluid_viscosity * p->scene->retardation_time / p->scene->relaxation_time;
@@ -189,7 +189,7 @@ PetscErrorCode DLMPolymerForce(DLMPolymer p, PetscReal time, PetscReal target, P
   }
   Push(h, time);
   PetscCall(Divergence(p, T, h->now));
-  /* with little solvent the extrapolation would hardly be damped (P4) */
+  /* with little solvent the extrapolation would hardly be damped (V4) */
   const PetscReal damping = PetscMin(1.0, 8.0 * p->scene->retardation_time / p->scene->relaxation_time);
   const PetscReal w       = h->n == 2 ? damping * (target - time) / (h->time_now - h->time_before) : 0.0;
   PetscCall(VecCopy(h->now, f));

@@ -6,7 +6,7 @@
 
 /*
   Row of D_j and the lumped mass at a place, averaged over the four ways to cut the cubes (mirrored in x1, x2): one cut alone prefers a diagonal,
-  and quadratic stresses then turn a sphere at first order in Wi (docs/theory.md, P2).
+  and quadratic stresses then turn a sphere at first order in Wi (docs/theory.md, V2).
 */
 static void FillRow(double h, const int place[3], DLMKuhnRow *row)
 {

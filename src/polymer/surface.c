@@ -1,7 +1,7 @@
 #include "../../include/private/polymerimpl.h"
 
 /*
-  Fluid part of a node near a sphere (docs/theory.md, P7): 1/2 + y/h - stress_offset between 0 and 1, y its distance from the surface. The extra stress
+  Fluid part of a node near a sphere (docs/theory.md, V7): 1/2 + y/h - stress_offset between 0 and 1, y its distance from the surface. The extra stress
   counts with this part; force and gradient stay adjoint under the masses that it leaves. The kink of the velocity at the surface is smeared over about a
   mesh width, so stresses that are quadratic in the gradient have a radius of their own, as drag and torque have.
 */

@@ -3,6 +3,7 @@
 
 PetscErrorCode DLMBlocksCreate(DLMStokes stokes, DLMPairing pairing, DLMSpheres spheres, const DLMScene *scene, PetscBool plain, DLMBlocks **new_blocks)
 {
+  DLMCover   cover = { .degree = 0 };
   DLMBlocks *blocks;
 
   PetscFunctionBeginUser;
@@ -12,11 +13,15 @@ PetscErrorCode DLMBlocksCreate(DLMStokes stokes, DLMPairing pairing, DLMSpheres 
   blocks->scene   = scene;
   blocks->stokes  = stokes;
   blocks->plain   = plain;
+  blocks->scale   = plain ? DLMUzawaScale(stokes) : 1.0;
   if (!plain) {
-    PetscReal radius = 0.0;
+    const PetscReal reach = scene->n_spheres > 2 ? 6.0 : (scene->n_spheres > 1 ? 4.0 : 2.0);
+    PetscReal       radius = 0.0;
     for (PetscInt i = 0; i < scene->n_spheres; i++) radius = PetscMax(radius, scene->spheres[i].radius);
-    /* one sphere across, or two that share a block */
-    PetscCall(DLMResponseGet(stokes, (PetscInt)PetscCeilReal((scene->n_spheres > 1 ? 4.0 : 2.0) * radius / scene->h) + 5, &blocks->response));
+    /* one sphere, two or three in a row; larger clusters continue the table (shorter ones make the blocks of heaps indefinite) */
+    PetscCall(DLMResponseGet(stokes, (PetscInt)PetscCeilReal(reach * radius / scene->h) + 5, &blocks->response));
+    if (scene->n_spheres) PetscCall(DLMPairingGetCover(scene, radius, &cover));
+    if (!cover.degree || scene->pairing_points == DLM_POINTS_VOLUME) blocks->scale = 0.3; /* may need large shifts: steps longer than 2 */
   }
   *new_blocks = blocks;
   PetscFunctionReturn(0);
@@ -26,6 +31,7 @@ static PetscErrorCode BlockDestroy(DLMBlock *b)
 {
   PetscFunctionBegin;
   PetscCall(PetscFree(b->factor));
+  PetscCall(PetscFree(b->origin));
   PetscCall(PetscFree5(b->spheres, b->center, b->R, b->Y, b->W));
   PetscCall(PetscMemzero(b, sizeof(*b)));
   PetscFunctionReturn(0);
@@ -76,19 +82,18 @@ static PetscErrorCode Factorise(PetscInt n, PetscReal **S, PetscReal shift)
   PetscFunctionReturn(0);
 }
 
-/* x <- S^-1 x for m columns. */
-static PetscErrorCode SolveFactor(const DLMBlock *b, PetscInt m, PetscReal *x)
+/* x <- (scale S)^-1 x for m columns. */
+static PetscErrorCode SolveFactor(const DLMBlocks *blocks, const DLMBlock *b, PetscInt m, PetscReal *x)
 {
   PetscBLASInt n = (PetscBLASInt)b->n, columns = (PetscBLASInt)m, info;
 
   PetscFunctionBegin;
   if (b->factor) LAPACKpotrs_("L", &n, &columns, b->factor, &n, x, &n, &info);
-  else
-    for (PetscInt i = 0; i < b->n * m; i++) x[i] /= b->unit;
+  for (PetscInt i = 0; i < b->n * m; i++) x[i] /= blocks->scale;
   PetscFunctionReturn(0);
 }
 
-/* W = R^T S^-1 R + M/dt, factored. */
+/* W = R^T (scale S)^-1 R + M/dt, factored. */
 static PetscErrorCode BuildRigid(const DLMScene *scene, DLMBlock *b, PetscReal inertia_weight)
 {
   const PetscInt m = 6 * b->n_spheres;
@@ -137,7 +142,8 @@ static PetscErrorCode BuildBlock(DLMBlocks *blocks, DLMBlock *b)
   }
   PetscCall(DLMBlockFillRigid(blocks, b, &markers, first));
   PetscCall(PetscArraycpy(b->Y, b->R, b->n * m));
-  PetscCall(SolveFactor(b, m, b->Y));
+  PetscCall(SolveFactor(blocks, b, m, b->Y));
+  PetscCall(PetscArraycpy(b->origin, b->center, 3 * b->n_spheres));
   blocks->built++;
   PetscCall(PetscFree(first));
   PetscCall(PetscFree(sphere_of));
@@ -149,14 +155,20 @@ static PetscErrorCode BuildBlock(DLMBlocks *blocks, DLMBlock *b)
 /* A block stays good while its spheres have moved, against the mesh or (harmonics) against each other, by less than this (in h). */
 static const PetscReal stale_distance = 0.1;
 
+static PetscReal MostMove(const DLMBlocks *blocks)
+{
+  const PetscBool inner = (PetscBool)(blocks->scene->pairing_points == DLM_POINTS_VOLUME);
+
+  return blocks->plain || inner ? 0.0 : stale_distance * blocks->scene->h;
+}
+
 /*
   Points feel where they lie in the mesh; harmonics average over it, so that only the spheres' places in the cluster matter, and the block of
   a lone sphere lasts for the whole run.
 */
 static PetscBool IsCurrent(const DLMBlocks *blocks, const DLMBlock *b, PetscInt n_spheres, const PetscInt *spheres, PetscInt n)
 {
-  const PetscBool inner = (PetscBool)(blocks->scene->pairing_points == DLM_POINTS_VOLUME);
-  const PetscReal most  = blocks->plain || inner ? 0.0 : stale_distance * blocks->scene->h;
+  const PetscReal most = MostMove(blocks);
   PetscReal       common[3] = { 0.0, 0.0, 0.0 };
 
   if (b->n_spheres != n_spheres || b->n != n) return PETSC_FALSE;
@@ -185,8 +197,21 @@ static PetscErrorCode CopyTwin(DLMBlocks *blocks, PetscInt n_blocks, const DLMBl
     PetscCall(PetscArraycpy(b->R, o->R, 6 * b->n));
     PetscCall(PetscArraycpy(b->Y, o->Y, 6 * b->n));
     PetscCall(PetscArraycpy(b->center, blocks->spheres->state[b->spheres[0]].center, 3));
+    PetscCall(PetscArraycpy(b->origin, o->origin, 3));
     b->harmonic = *copied = PETSC_TRUE;
   }
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode BlockCreate(PetscInt n_spheres, const PetscInt *spheres, PetscInt n, DLMBlock *b)
+{
+  PetscFunctionBegin;
+  PetscCall(PetscMemzero(b, sizeof(*b)));
+  b->n_spheres = n_spheres;
+  b->n         = n;
+  PetscCall(PetscCalloc5(n_spheres, &b->spheres, 3 * n_spheres, &b->center, 6 * n_spheres * n, &b->R, 6 * n_spheres * n, &b->Y, 36 * n_spheres * n_spheres, &b->W));
+  PetscCall(PetscCalloc1(3 * n_spheres, &b->origin));
+  PetscCall(PetscArraycpy(b->spheres, spheres, n_spheres));
   PetscFunctionReturn(0);
 }
 
@@ -203,12 +228,7 @@ static PetscErrorCode PlaceBlock(DLMBlocks *blocks, PetscInt n_old, DLMBlock *ol
     PetscCall(PetscMemzero(&old[k], sizeof(old[k])));
     PetscFunctionReturn(0);
   }
-  place->n_spheres = n_spheres;
-  place->n         = n;
-  place->unit      = DLMUzawaScale(blocks->stokes);
-  PetscCall(PetscCalloc5(n_spheres, &place->spheres, 3 * n_spheres, &place->center, 6 * n_spheres * n, &place->R, 6 * n_spheres * n, &place->Y,
-                         36 * n_spheres * n_spheres, &place->W));
-  PetscCall(PetscArraycpy(place->spheres, spheres, n_spheres));
+  PetscCall(BlockCreate(n_spheres, spheres, n, place));
   PetscCall(CopyTwin(blocks, blocks->n, blocks->block, place, &copied));
   if (!copied) PetscCall(BuildBlock(blocks, place));
   PetscFunctionReturn(0);
@@ -278,14 +298,97 @@ PetscErrorCode DLMBlocksUpdate(DLMBlocks *blocks, const DLMBodyLayout *layout, P
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode DLMBlocksGetState(DLMBlocks *blocks, DLMBlockState *state)
+{
+  const PetscInt n = blocks->scene->n_spheres;
+  const MPI_Comm comm = blocks->scene->comm;
+  PetscMPIInt    rank, size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  state->n_ranks = size;
+  PetscCall(PetscArrayzero(state->first, n));
+  PetscCall(PetscArrayzero(state->rank, n));
+  PetscCall(PetscArrayzero(state->center, 3 * n));
+  PetscCall(PetscArrayzero(state->origin, 3 * n));
+  for (PetscInt k = 0; k < blocks->n; k++)
+    for (PetscInt s = 0; s < blocks->block[k].n_spheres; s++) {
+      const DLMBlock *b = &blocks->block[k];
+      const PetscInt  i = b->spheres[s];
+      state->first[i]   = b->spheres[0];
+      state->rank[i]    = rank;
+      PetscCall(PetscArraycpy(state->center + 3 * i, b->center + 3 * s, 3));
+      PetscCall(PetscArraycpy(state->origin + 3 * i, b->origin + 3 * s, 3));
+    }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, state->first, (PetscMPIInt)n, MPIU_INT, MPI_SUM, comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, state->rank, (PetscMPIInt)n, MPIU_INT, MPI_SUM, comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, state->center, (PetscMPIInt)(3 * n), MPIU_REAL, MPI_SUM, comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, state->origin, (PetscMPIInt)(3 * n), MPIU_REAL, MPI_SUM, comm));
+  PetscFunctionReturn(0);
+}
+
+/* A block from the centres that its factors belong to; a lone sphere may find them in a block made before. */
+static PetscErrorCode RemakeBlock(DLMBlocks *blocks, const DLMBlockState *state, DLMBlock *b)
+{
+  const PetscReal *origin = state->origin + 3 * b->spheres[0];
+  PetscBool        copied = PETSC_FALSE, same;
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < blocks->n && !copied && b->n_spheres == 1; k++) {
+    PetscCall(PetscArraycmp(blocks->block[k].origin, origin, 3, &same));
+    if (same) PetscCall(CopyTwin(blocks, 1, &blocks->block[k], b, &copied));
+  }
+  if (!copied) {
+    for (PetscInt s = 0; s < b->n_spheres; s++)
+      PetscCall(PetscArraycpy(blocks->spheres->state[b->spheres[s]].center, state->origin + 3 * b->spheres[s], 3));
+    PetscCall(BuildBlock(blocks, b));
+  }
+  for (PetscInt s = 0; s < b->n_spheres; s++) PetscCall(PetscArraycpy(b->center + 3 * s, state->center + 3 * b->spheres[s], 3));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMBlocksSetState(DLMBlocks *blocks, const DLMBodyLayout *layout, const DLMBlockState *state)
+{
+  const PetscInt  total = blocks->scene->n_spheres;
+  PetscInt       *member;
+  PetscReal      *now;
+  PetscMPIInt     rank, size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(blocks->scene->comm, &rank));
+  PetscCallMPI(MPI_Comm_size(blocks->scene->comm, &size));
+  for (PetscInt k = 0; k < blocks->n; k++) PetscCall(BlockDestroy(&blocks->block[k]));
+  PetscCall(PetscFree(blocks->block));
+  PetscCall(PetscCalloc1(total, &blocks->block));
+  PetscCall(PetscMalloc2(total, &member, 3 * total, &now));
+  for (PetscInt i = 0; i < total; i++) PetscCall(PetscArraycpy(now + 3 * i, blocks->spheres->state[i].center, 3));
+  blocks->n = 0;
+  for (PetscInt i = 0; i < total && MostMove(blocks) > 0.0; i++) {
+    PetscInt n_spheres = 0, n = 0;
+    if (state->first[i] != i || rank != (size == state->n_ranks ? state->rank[i] : layout->rank[i])) continue;
+    for (PetscInt j = i; j < total; j++)
+      if (state->first[j] == i) {
+        member[n_spheres++] = j;
+        n += 3 * layout->points[j];
+      }
+    PetscCall(BlockCreate(n_spheres, member, n, &blocks->block[blocks->n]));
+    PetscCall(RemakeBlock(blocks, state, &blocks->block[blocks->n]));
+    blocks->n++;
+  }
+  for (PetscInt i = 0; i < total; i++) PetscCall(PetscArraycpy(blocks->spheres->state[i].center, now + 3 * i, 3));
+  PetscCall(PetscFree2(member, now));
+  PetscFunctionReturn(0);
+}
+
 /* lambda <- Y U - S^-1 r1 with W U = r2 + R^T S^-1 r1; in place: x holds r1, r2 and then lambda, U. */
-static PetscErrorCode ApplyBlock(const DLMBlock *b, PetscReal *x)
+static PetscErrorCode ApplyBlock(const DLMBlocks *blocks, const DLMBlock *b, PetscReal *x)
 {
   PetscReal   *U = x + b->n, one = 1.0, minus = -1.0;
   PetscBLASInt n = (PetscBLASInt)b->n, m = (PetscBLASInt)(6 * b->n_spheres), unit = 1, info;
 
   PetscFunctionBegin;
-  PetscCall(SolveFactor(b, 1, x));
+  PetscCall(SolveFactor(blocks, b, 1, x));
   BLASgemv_("T", &n, &m, &one, b->R, &n, x, &unit, &one, U, &unit);
   LAPACKpotrs_("L", &m, &unit, b->W, &m, U, &m, &info);
   BLASgemv_("N", &n, &m, &one, b->Y, &n, U, &unit, &minus, x, &unit);
@@ -297,7 +400,7 @@ PetscErrorCode DLMBlocksApply(DLMBlocks *blocks, const PetscScalar *r, PetscScal
   PetscFunctionBeginUser;
   PetscCall(PetscSFBcastBegin(blocks->gather, MPIU_SCALAR, r, blocks->gathered, MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(blocks->gather, MPIU_SCALAR, r, blocks->gathered, MPI_REPLACE));
-  for (PetscInt k = 0; k < blocks->n; k++) PetscCall(ApplyBlock(&blocks->block[k], blocks->gathered + blocks->block[k].start));
+  for (PetscInt k = 0; k < blocks->n; k++) PetscCall(ApplyBlock(blocks, &blocks->block[k], blocks->gathered + blocks->block[k].start));
   PetscCall(PetscSFReduceBegin(blocks->gather, MPIU_SCALAR, blocks->gathered, z, MPI_REPLACE));
   PetscCall(PetscSFReduceEnd(blocks->gather, MPIU_SCALAR, blocks->gathered, z, MPI_REPLACE));
   PetscFunctionReturn(0);

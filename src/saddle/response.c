@@ -1,8 +1,5 @@
 #include "../../include/private/response.h"
 
-/* Points closer than this (in h, on every axis) are paired exactly, node by node. */
-enum { CLOSE = 3, REACH = 2 };
-
 /* The impulse: unit force along axis c at a node. */
 static PetscErrorCode SetImpulse(DLMStokes stokes, const PetscInt node[3], int c, Vec rhs)
 {
@@ -18,20 +15,6 @@ static PetscErrorCode SetImpulse(DLMStokes stokes, const PetscInt node[3], int c
   if (owner == rank) f[3 * index + c] = 1.0;
   PetscCall(VecRestoreArray(rhs, &f));
   PetscFunctionReturn(0);
-}
-
-static PetscReal *NearEntry(const DLMResponse *r, PetscInt parity, const PetscInt o[3])
-{
-  const PetscInt w = 2 * r->near + 1;
-
-  return r->near_table + 9 * ((o[0] + r->near) + w * ((o[1] + r->near) + w * ((o[2] + r->near) + w * parity)));
-}
-
-static PetscReal *FarEntry(const DLMResponse *r, PetscReal *table, const PetscInt o[3])
-{
-  const PetscInt w = 2 * r->far + 1;
-
-  return table + 9 * ((o[0] + r->far) + w * ((o[1] + r->far) + w * (o[2] + r->far)));
 }
 
 /* Stores the response around a source node, from the leaves of a node box. */
@@ -52,8 +35,8 @@ static void Store(DLMResponse *r, const DLMNodeBox *box, const PetscScalar *leav
         }
         if (!inside) continue;
         for (int v = 0; v < 3; v++) {
-          FarEntry(r, r->far_table, o)[3 * v + c] += leaves[3 * at + v] / 8.0;
-          if (near) NearEntry(r, parity, o)[3 * v + c] = leaves[3 * at + v];
+          DLMResponseFar(r, r->far_table, o)[3 * v + c] += leaves[3 * at + v] / 8.0;
+          if (near) DLMResponseNear(r, parity, o)[3 * v + c] = leaves[3 * at + v];
         }
       }
 }
@@ -67,7 +50,7 @@ static void Symmetrise(DLMResponse *r)
     for (o[1] = -r->far; o[1] <= r->far; o[1]++)
       for (o[0] = -r->far; o[0] <= r->far; o[0]++) {
         const PetscInt m[3] = { -o[0], -o[1], -o[2] };
-        PetscReal     *a = FarEntry(r, r->far_table, o), *b = FarEntry(r, r->far_table, m);
+        PetscReal     *a = DLMResponseFar(r, r->far_table, o), *b = DLMResponseFar(r, r->far_table, m);
         for (int v = 0; v < 3; v++)
           for (int c = 0; c < 3; c++) a[3 * v + c] = b[3 * c + v] = 0.5 * (a[3 * v + c] + b[3 * c + v]);
       }
@@ -81,13 +64,13 @@ static void Smooth(DLMResponse *r)
   for (o[2] = -r->far; o[2] <= r->far; o[2]++)
     for (o[1] = -r->far; o[1] <= r->far; o[1]++)
       for (o[0] = -r->far; o[0] <= r->far; o[0]++) {
-        PetscReal *s = FarEntry(r, r->smooth_table, o);
+        PetscReal *s = DLMResponseFar(r, r->smooth_table, o);
         for (PetscInt q = 0; q < 27; q++) {
           const PetscInt  e[3] = { q % 3 - 1, (q / 3) % 3 - 1, q / 9 - 1 };
           PetscInt        n[3];
           const PetscReal weight = 1.0 / (PetscReal)(8 << (PetscAbsInt(e[0]) + PetscAbsInt(e[1]) + PetscAbsInt(e[2])));
           for (int d = 0; d < 3; d++) n[d] = PetscMax(-r->far, PetscMin(r->far, o[d] + e[d]));
-          for (int k = 0; k < 9; k++) s[k] += weight * FarEntry(r, r->far_table, n)[k];
+          for (int k = 0; k < 9; k++) s[k] += weight * DLMResponseFar(r, r->far_table, n)[k];
         }
       }
 }
@@ -106,7 +89,7 @@ static PetscErrorCode Create(DLMStokes stokes, PetscInt far, DLMResponse **new_r
 
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&r));
-  r->near = CLOSE + 2 * REACH;
+  r->near = DLM_RESPONSE_CLOSE + 2 * DLM_RESPONSE_REACH;
   r->far  = PetscMax(far, r->near);
   width   = 2 * r->far + 1;
   PetscCall(PetscCalloc3(9 * 8 * PetscSqr(2 * r->near + 1) * (2 * r->near + 1), &r->near_table, 9 * width * width * width, &r->far_table,
@@ -180,62 +163,4 @@ PetscErrorCode DLMResponseGet(DLMStokes stokes, PetscInt far, const DLMResponse 
   PetscCall(PetscContainerDestroy(&container));
   *response = r;
   PetscFunctionReturn(0);
-}
-
-/* Node by node, with the table of each source node's parity. */
-static void NearPair(const DLMResponse *r, DLMGrid grid, const DLMMarkers *a, PetscInt i, const DLMMarkers *b, PetscInt j, const PetscInt shift[3], PetscReal entry[9])
-{
-  for (PetscInt q = b->entry[j]; q < b->entry[j + 1]; q++) {
-    const PetscInt *source = b->node + 3 * q, parity = (source[0] & 1) + 2 * (source[1] & 1) + 4 * (source[2] & 1);
-    if (DLMGridOnWall(grid, source[0], source[1], source[2])) continue;
-    for (PetscInt p = a->entry[i]; p < a->entry[i + 1]; p++) {
-      const PetscInt  *target = a->node + 3 * p;
-      const PetscInt   o[3]   = { target[0] - source[0] - shift[0], target[1] - source[1] - shift[1], target[2] - source[2] - shift[2] };
-      const PetscReal *g      = NearEntry(r, parity, o), weight = a->weight[p] * b->weight[q];
-      if (DLMGridOnWall(grid, target[0], target[1], target[2])) continue;
-      for (int k = 0; k < 9; k++) entry[k] += weight * g[k];
-    }
-  }
-}
-
-/* The mean response at distance d: the delta on the smoothed table, or linear interpolation for collocated points. */
-static void FarPair(const DLMResponse *r, const PetscReal d[3], PetscBool immersed, PetscReal entry[9])
-{
-  const PetscInt taps  = immersed ? 4 : 2, most = r->far - 2;
-  PetscReal     *table = immersed ? r->smooth_table : r->far_table, scale = 1.0, weight[3][4], x[3], out = 0.0;
-  PetscInt       first[3];
-
-  for (int c = 0; c < 3; c++) out = PetscMax(out, PetscAbsReal(d[c]));
-  if (out > most) scale = most / out; /* beyond the table: as 1/r along the same direction */
-  for (int c = 0; c < 3; c++) {
-    x[c]     = scale * d[c];
-    first[c] = (PetscInt)PetscFloorReal(x[c]) - (immersed ? 1 : 0);
-    for (PetscInt k = 0; k < taps; k++) {
-      const PetscReal z = x[c] - (first[c] + k);
-      weight[c][k]      = immersed ? DLMDelta(z) : 1.0 - PetscAbsReal(z);
-    }
-  }
-  for (PetscInt k = 0; k < taps; k++)
-    for (PetscInt j = 0; j < taps; j++)
-      for (PetscInt i = 0; i < taps; i++) {
-        const PetscInt   o[3] = { first[0] + i, first[1] + j, first[2] + k };
-        const PetscReal *g = FarEntry(r, table, o), w = scale * weight[0][i] * weight[1][j] * weight[2][k];
-        for (int c = 0; c < 9; c++) entry[c] += w * g[c];
-      }
-}
-
-void DLMResponseEntry(const DLMResponse *r, DLMGrid grid, const DLMMarkers *a, PetscInt i, const PetscReal xa[3], const DLMMarkers *b,
-                      PetscInt j, const PetscReal xb[3], const PetscInt shift[3], PetscReal entry[9])
-{
-  const PetscBool immersed = (PetscBool)(a->entry[i + 1] - a->entry[i] > 8 && b->entry[j + 1] - b->entry[j] > 8);
-  PetscReal       d[3];
-  PetscBool       near = PETSC_TRUE;
-
-  for (int c = 0; c < 3; c++) {
-    d[c] = xa[c] - xb[c] - shift[c];
-    near = (PetscBool)(near && PetscAbsReal(d[c]) <= CLOSE);
-  }
-  for (int k = 0; k < 9; k++) entry[k] = 0.0;
-  if (near) NearPair(r, grid, a, i, b, j, shift, entry);
-  else FarPair(r, d, immersed, entry);
 }

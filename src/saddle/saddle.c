@@ -50,8 +50,7 @@ static PetscErrorCode CarryMultipliers(DLMSaddle s, const DLMBodyLayout *old, Pe
   PetscFunctionReturn(0);
 }
 
-/* Markers, layout and solver for the present centres. */
-static PetscErrorCode UpdateLayout(DLMSaddle s)
+PetscErrorCode DLMSaddleUpdateLayout(DLMSaddle s)
 {
   DLMBodyLayout old = s->layout;
   PetscReal    *old_lambda = s->lambda;
@@ -101,7 +100,7 @@ PetscErrorCode DLMSaddleCreate(DLMStokes stokes, DLMSpheres spheres, DLMPairing 
     PetscCall(VecScale(s->lumped_mass, DLMUzawaScale(stokes)));
   }
   if (scene->n_spheres) { /* markers, blocks and solver for the first centres belong to the set-up */
-    PetscCall(UpdateLayout(s));
+    PetscCall(DLMSaddleUpdateLayout(s));
     PetscCall(DLMBlocksUpdate(s->blocks, &s->layout, 0.0));
   }
   *new_saddle = s;
@@ -134,7 +133,7 @@ static PetscErrorCode BalanceStart(DLMSaddle s, const PetscReal *force, const Pe
   for (PetscInt i = 0; i < s->layout.n_local; i++) s->lambda[i] += z[i];
   if (!s->uzawa) { /* its norm is that of a velocity: the largest first residual stays the reference */
     PetscCall(DLMBlocksEnergy(s->blocks, s->lambda, &s->reference));
-    s->reference = PetscSqrtReal(s->reference);
+    s->reference = PetscSqrtReal(s->reference / s->blocks->scale);
   }
   PetscCall(PetscFree3(r, z, load));
   PetscFunctionReturn(0);
@@ -189,55 +188,6 @@ static PetscErrorCode SetRightHandSide(DLMSaddle s, Vec body_force)
   PetscFunctionReturn(0);
 }
 
-/* Velocities, and the force, torque and stresslet of the fluid on each owned sphere: minus the moments of lambda. */
-static PetscErrorCode StoreResult(DLMSaddle s)
-{
-  const PetscInt     n_u = s->stokes->n_u, n_p = s->stokes->n_p;
-  const PetscScalar *x;
-  PetscScalar       *fluid;
-
-  PetscFunctionBeginUser;
-  PetscCall(VecGetArrayRead(s->x, &x));
-  PetscCall(VecGetArray(s->fluid, &fluid));
-  PetscCall(PetscArraycpy(fluid, x, n_u));
-  for (PetscInt i = n_u; i < n_u + n_p; i++) fluid[i] = x[i] + (s->uzawa ? fluid[i] : 0.0);
-  PetscCall(VecRestoreArray(s->fluid, &fluid));
-  for (PetscInt i = 0; i < s->layout.n_local; i++) s->lambda[i] += x[n_u + n_p + i];
-  PetscCall(VecRestoreArrayRead(s->x, &x));
-  PetscCall(DLMPairingExpand(s->pairing, s->lambda, s->at_points));
-  for (PetscInt k = 0; k < s->spheres->n_owned; k++) {
-    const PetscInt   i     = s->spheres->owned[k];
-    DLMSphereState  *state = &s->spheres->state[i];
-    const PetscReal *U     = s->lambda + s->layout.rigid[i];
-    PetscReal        load[6] = { 0.0 }, moment[3][3] = { { 0.0 } };
-    for (PetscInt q = s->pairing->first[k]; q < s->pairing->first[k + 1]; q++) {
-      const PetscReal *r = s->pairing->markers.r + 3 * q, *lambda = s->at_points + 3 * q;
-      DLMRigidLoad(lambda, r, load);
-      for (int a = 0; a < 3; a++)
-        for (int b = 0; b < 3; b++) moment[a][b] += 0.5 * (r[a] * lambda[b] + r[b] * lambda[a]);
-    }
-    const PetscReal trace = (moment[0][0] + moment[1][1] + moment[2][2]) / 3.0;
-    for (int c = 0; c < 3; c++) {
-      if (!DLMRigidHeld(s->scene, i, c)) {
-        state->velocity_before[c] = state->velocity[c];
-        state->velocity[c]        = U[c];
-      }
-      if (!DLMRigidHeld(s->scene, i, c + 3)) {
-        state->omega_before[c] = state->omega[c];
-        state->omega[c]        = U[c + 3];
-      }
-      state->force[c]     = -load[c];
-      state->torque[c]    = -load[c + 3];
-      state->stresslet[c] = -(moment[c][c] - trace);
-    }
-    state->stresslet[3] = -moment[0][1];
-    state->stresslet[4] = -moment[0][2];
-    state->stresslet[5] = -moment[1][2];
-  }
-  PetscCall(DLMSpheresShare(s->spheres));
-  PetscFunctionReturn(0);
-}
-
 static PetscErrorCode SolveFluidAlone(DLMSaddle s, Vec body_force)
 {
   Vec rhs, u;
@@ -266,7 +216,7 @@ PetscErrorCode DLMSaddleSolve(DLMSaddle s, DLMInertia inertia, const PetscReal *
     PetscFunctionReturn(0);
   }
   s->inertia = inertia;
-  PetscCall(UpdateLayout(s));
+  PetscCall(DLMSaddleUpdateLayout(s));
   PetscCall(DLMBlocksUpdate(s->blocks, &s->layout, inertia.weight));
   PetscCall(BalanceStart(s, force, torque));
   PetscCall(SetRightHandSide(s, body_force));
@@ -280,7 +230,7 @@ PetscErrorCode DLMSaddleSolve(DLMSaddle s, DLMInertia inertia, const PetscReal *
   s->work.last_iterations = its;
   s->work.most_iterations = PetscMax(s->work.most_iterations, its);
   s->work.blocks_built    = s->blocks->built;
-  PetscCall(StoreResult(s));
+  PetscCall(DLMSaddleStoreResult(s));
   PetscFunctionReturn(0);
 }
 
@@ -309,23 +259,5 @@ PetscErrorCode DLMSaddleView(DLMSaddle s, PetscViewer viewer)
     PetscCall(PetscViewerASCIIPrintf(viewer, "Bodies: conjugate gradients, dense blocks from impulse responses (near %" PetscInt_FMT ", far %" PetscInt_FMT " h)\n",
                                      s->blocks->response->near, s->blocks->response->far));
   }
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode DLMSaddleGetSlip(DLMSaddle s, PetscReal *slip)
-{
-  PetscReal    sum[2] = { 0.0, (PetscReal)s->layout.n_multipliers / 3.0 };
-  PetscScalar *v, *w;
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscMalloc2(s->layout.n_multipliers, &v, s->layout.n_multipliers, &w));
-  PetscCall(DLMPairingInterpolate(s->pairing, s->fluid, s->at_points));
-  PetscCall(DLMPairingProject(s->pairing, s->at_points, v));
-  PetscCall(DLMSaddleRigidMotion(s, s->lambda + s->layout.n_multipliers, w));
-  PetscCall(DLMSaddleComply(s, s->lambda, w));
-  for (PetscInt i = 0; i < s->layout.n_multipliers; i++) sum[0] += PetscSqr(v[i] - w[i]);
-  PetscCall(PetscFree2(v, w));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, s->scene->comm));
-  *slip = sum[1] > 0.0 ? PetscSqrtReal(sum[0] / sum[1]) : 0.0;
   PetscFunctionReturn(0);
 }

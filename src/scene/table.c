@@ -121,6 +121,12 @@ const DLMSceneKey DLMSceneKeys[] = {
   {"Output", "output_fields_every", DLM_KEY_INT, "0", AT(scene.output_fields_every), NOT_NEGATIVE, "steps",
    "steps between fields in fields.h5; 0: none"},
   {"Output", "progress_every", DLM_KEY_REAL, "5", AT(scene.progress_every), NOT_NEGATIVE, "s", "seconds between progress lines"},
+  {"Output", "checkpoint_every", DLM_KEY_INT, "0", AT(scene.checkpoint_every), NOT_NEGATIVE, "steps",
+   "steps between checkpoints, checkpoint.h5 in the output folder; 0: none"},
+  {"Output", "checkpoint_minutes", DLM_KEY_REAL, "0", AT(scene.checkpoint_minutes), NOT_NEGATIVE, "minutes",
+   "minutes between checkpoints; 0: none. SIGTERM and SIGUSR1 write one always, and end the run with exit code 3"},
+  {"Output", "restart", DLM_KEY_TEXT, "", AT(scene.restart), ANY, "",
+   "checkpoint to go on from, on any number of ranks, with the files in -output_dir; box, mesh, kind of fluid and spheres must be those of its run"},
 };
 /* clang-format on */
 const PetscInt DLMSceneKeyCount = (PetscInt)(sizeof(DLMSceneKeys) / sizeof(DLMSceneKeys[0]));

@@ -20,7 +20,7 @@ static const char *const solver_words[] = {
   "_ksp_", "_pc_", "_mat_", "_vec_", "_dm_", "_da_", "_sf_", "_partitioning_", NULL};
 /* Keys that solvers read only when they solve, too late to be judged before the run. */
 static const char *const late_words[] = {
-  "ts_view", "ksp_view", "pc_view", "mat_view", "vec_view", "dm_view", "ksp_converged_reason", "ksp_converged_rate", NULL};
+  "ts_view", "ksp_view", "pc_view", "mat_view", "vec_view", "dm_view", "ksp_converged_reason", "ksp_converged_rate", "_mg_levels_", NULL};
 /* clang-format on */
 
 static PetscBool BeginsWithAny(const char name[], const char *const list[])

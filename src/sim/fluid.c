@@ -34,7 +34,7 @@ static PetscErrorCode SolveSaddle(DLMSimulation sim, DLMInertia inertia)
 
 /*
   The both-sides coupling takes the projected gradient from the last velocity. Before the first step there is none: u = S(u) is solved by Chebyshev
-  iteration, whose operator I - S' has its eigenvalues between the solvent's part of the viscosity and 1 (docs/theory.md, P4).
+  iteration, whose operator I - S' has its eigenvalues between the solvent's part of the viscosity and 1 (docs/theory.md, V4).
 */
 static PetscErrorCode SolveFirstFlow(DLMSimulation sim, PetscReal t, PetscReal target, PetscInt order, DLMInertia inertia)
 {
@@ -154,7 +154,7 @@ static PetscErrorCode Judge(void *context, PetscReal t, PetscReal dt, PetscReal 
 
 /*
   Largest dt of the explicit coupling: a shear mode obeys g = -K s, s' = -(s - g)/lambda1, K = (eta1 - mu)/mu; with decay e = 1 - exp(-dt/lambda1) it is stable up to
-  e = 2/(1 + K) under an order-1 scheme, 2/(1 + 2 K) under order 2 (docs/theory.md, P4).
+  e = 2/(1 + K) under an order-1 scheme, 2/(1 + 2 K) under order 2 (docs/theory.md, V4).
 */
 static PetscReal ExplicitBound(const DLMScene *scene, PetscInt order)
 {

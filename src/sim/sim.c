@@ -27,6 +27,9 @@ PetscErrorCode DLMSimulationCreate(const DLMScene *scene, DLMSimulation *new_sim
   PetscCall(PetscTime(&sim->created));
   sim->scene = scene;
   PetscCall(DLMSimulationRide(sim));
+  PetscCall(DLMCheckpointOpen(sim));
+  sim->smallest_gap = PETSC_INFINITY;
+  sim->first_step   = -1;
   scene = &sim->riding;
   PetscCall(DLMGridCreate(scene, &sim->grid));
   PetscCall(DLMStokesCreate(sim->grid, scene, &sim->stokes));
@@ -53,6 +56,7 @@ PetscErrorCode DLMSimulationDestroy(DLMSimulation *pointer)
   PetscFunctionBeginUser;
   if (!sim) PetscFunctionReturn(0);
   PetscCall(DLMOutputDestroy(&sim->output));
+  PetscCall(DLMCheckpointFileDestroy(&sim->restart));
   PetscCall(TSDestroy(&sim->ts));
   PetscCall(VecDestroy(&sim->solution));
   PetscCall(VecDestroy(&sim->sphere_states));
@@ -95,11 +99,21 @@ PetscErrorCode DLMSimulationSolve(DLMSimulation sim)
 {
   PetscFunctionBeginUser;
   PetscCall(DLMSimulationWarnOfTimeStep(sim));
-  PetscCall(DLMSimulationStart(sim));
+  if (sim->restart) PetscCall(DLMCheckpointLoad(sim));
+  else PetscCall(DLMSimulationStart(sim));
   PetscCall(DLMSimulationStore(sim, sim->solution));
   PetscCall(DLMOutputCreate(sim, &sim->output));
+  PetscCall(DLMStopCatch(sim));
   PetscCall(TSSolve(sim->ts, sim->solution));
+  PetscCall(DLMStopRelease(sim));
   PetscCall(DLMOutputFinish(sim->output));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSimulationGetStopped(DLMSimulation sim, PetscBool *stopped)
+{
+  PetscFunctionBeginUser;
+  *stopped = (PetscBool)(sim->stop_signal != 0);
   PetscFunctionReturn(0);
 }
 

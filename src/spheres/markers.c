@@ -1,6 +1,7 @@
 #include "../../include/private/markers.h"
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /*
   Surface points come in orbits of the pyritohedral group (cyclic permutations and all sign changes, 24 elements): 6 points on the axes, 8 on
@@ -149,7 +150,8 @@ static void Start(int start, int n_general, unsigned *seed, double *g)
   }
 }
 
-void DLMSurfacePoints(int n, double *x)
+/* Relaxes n points from several starts and keeps those of the least energy. */
+static void FindPoints(int n, double *x)
 {
   int      special, n_orbits = 0, *size = malloc(sizeof(int) * (n / GENERAL + 4));
   double  *trial = malloc(sizeof(double) * 3 * n), *g = malloc(sizeof(double) * (3 * (n / GENERAL) + 3)), best = INFINITY;
@@ -178,6 +180,27 @@ void DLMSurfacePoints(int n, double *x)
   free(trial);
   free(g);
   free(size);
+}
+
+/* Relaxation takes a tenth of a second, so the sets found so far are kept, for as long as the program runs. */
+void DLMSurfacePoints(int n, double *x)
+{
+  enum { MOST = 64 };
+  static struct {
+    int     n;
+    double *x;
+  } kept[MOST];
+  static int n_kept = 0;
+  int        k      = 0;
+
+  while (k < n_kept && kept[k].n != n) k++;
+  if (k == n_kept) {
+    FindPoints(n, x);
+    if (n_kept == MOST || !(kept[k].x = malloc(sizeof(double) * 3 * n))) return;
+    kept[n_kept++].n = n;
+    memcpy(kept[k].x, x, sizeof(double) * 3 * n);
+  }
+  memcpy(x, kept[k].x, sizeof(double) * 3 * n);
 }
 
 /* Takes the components along the columns before out of a column, twice; returns its remaining norm. */

@@ -262,7 +262,7 @@ static void TheCutDoesNotChangeTheAnswer(void **state)
     StartCase(PETSC_COMM_WORLD, heap_box, limits[k], &c);
     AddHeap(&c, 0.0);
     AddLone(&c);
-    c.scene.pairing_spacing = 1.4; /* as few points as the harmonics allow: the uncut block is assembled from 63 spheres' points */
+    c.scene.pairing_spacing = 1.4; /* as few points as the harmonics allow */
     Call(DLMSpheresCreate(grid, &c.scene, &c.spheres));
     Call(DLMPairingCreate(c.spheres, &c.scene, &pairing));
     Call(DLMSaddleCreate(stokes, c.spheres, pairing, &c.scene, &saddle));
@@ -279,8 +279,9 @@ static void TheCutDoesNotChangeTheAnswer(void **state)
       }
     print_message("  limit %d: %d blocks, %d iterations to 1e-9, slip %.1e, velocity up to %.3g, difference %.1e\n", (int)limits[k], (int)work.blocks_built, (int)work.last_iterations,
                   slip, largest, difference / largest);
-    AssertAtMost(difference, 2e-8 * largest);
-    AssertAtMost(slip, 1e-8 * largest);
+    if (k == 0) AssertAtMost(work.last_iterations, 16); /* the whole heap in one block; 35 with tables that reach two spheres only */
+    AssertAtMost(difference, 2e-9 * largest); /* a few times the tolerance: both would be 2e-8 if V and omega were those of the iteration */
+    AssertAtMost(slip, 1e-9 * largest);
     Call(DLMSaddleDestroy(&saddle));
     Call(DLMPairingDestroy(&pairing));
     Call(DLMSpheresDestroy(&c.spheres));

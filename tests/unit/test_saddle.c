@@ -328,29 +328,41 @@ static void APushedSphereMovesAsStokesSays(void **state)
   CloseCase(&b);
 }
 
-/* Every rank repeats the run alone. */
+/* The same case on one rank. */
+static double DifferenceFromOneRank(const Bodies *b, const PairingCase *pairing, DLMInertia inertia)
+{
+  double difference;
+  Bodies alone;
+
+  StartCase(PETSC_COMM_SELF, 24, 1e-10, &alone);
+  SetPairing(pairing, &alone);
+  AddThree(&alone);
+  OpenCase("", &alone);
+  Solve(&alone, inertia);
+  difference = Difference(b, &alone);
+  CloseCase(&alone);
+  return difference;
+}
+
 static void EveryNumberOfRanksAgrees(void **state)
 {
+  PetscMPIInt rank;
+
+  Call(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   for (int p = 0; p < N_PAIRINGS; p++)
     for (int k = 0; k < 2; k++) {
       const DLMInertia inertia = k ? (DLMInertia){ 10.0, 1.0, 0.0 } : no_inertia;
-      Bodies           b, alone;
-      double           difference;
+      Bodies           b;
+      double           difference = 0.0;
       if (k && p > 1) continue;
       StartCase(PETSC_COMM_WORLD, 24, 1e-10, &b);
-      StartCase(PETSC_COMM_SELF, 24, 1e-10, &alone);
       SetPairing(&pairings[p], &b);
-      SetPairing(&pairings[p], &alone);
       AddThree(&b);
-      AddThree(&alone);
       OpenCase("", &b);
-      OpenCase("", &alone);
       Solve(&b, inertia);
-      Solve(&alone, inertia);
-      difference = Difference(&b, &alone);
+      if (rank == 0) difference = DifferenceFromOneRank(&b, &pairings[p], inertia);
       print_message("  %s %s degree %g: against one rank %.1e\n", DLMPairingTypes[pairings[p].type], DLMPointSets[pairings[p].points], pairings[p].degree, difference);
       AssertAtMost(difference, 1e-8);
-      CloseCase(&alone);
       CloseCase(&b);
     }
 }
@@ -389,7 +401,8 @@ static void WarmStartSavesIterations(void **state)
   for (int k = 0; k < 5; k++) {
     for (int i = 0; i < 3; i++)
       for (int d = 0; d < 3; d++) b.state[i].center[d] += 0.01 * b.state[i].velocity[d];
-    warm = PetscMax(warm, Solve(&b, no_inertia));
+    const PetscInt its = Solve(&b, no_inertia);
+    warm               = PetscMax(warm, its);
     slip = fmax(slip, Slip(&b));
   }
   print_message("  %d iterations cold, at most %d warm, slip %.1e\n", (int)cold, (int)warm, slip);

@@ -1,0 +1,259 @@
+/* What a checkpoint holds. Each list below is walked to write and to read: see docs/developer.md on adding an item. */
+#include "../../include/private/simimpl.h"
+
+/* What must not change between the legs of a run, as a user would write it. */
+static PetscErrorCode DescribeScene(DLMSimulation sim, PetscInt k, const char **key, char text[DLM_CHECKPOINT_TEXT])
+{
+  const DLMScene *s       = sim->scene;
+  const PetscReal values[] = { s->pairing_spacing, s->pairing_degree, s->pairing_retraction };
+  static const char *const keys[] = { "-box_size", "-box_periodic", "-grid_resolution", "-fluid_model", "-polymer_form", "-pairing_type", "-pairing_points",
+                                      "-pairing_spacing", "-pairing_degree", "-pairing_retraction", "number of spheres", "mean wall velocity", NULL };
+
+  PetscFunctionBegin;
+  *key    = keys[k];
+  text[0] = '\0';
+  switch (k) {
+  case 0: PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%.15g,%.15g,%.15g", (double)s->box_size[0], (double)s->box_size[1], (double)s->box_size[2])); break;
+  case 1: PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%d,%d,%d", s->box_periodic[0] != 0, s->box_periodic[1] != 0, s->box_periodic[2] != 0)); break;
+  case 2: PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%.15g", (double)s->grid_resolution)); break;
+  case 3: PetscCall(PetscStrncpy(text, DLMFluidModels[s->fluid_model], DLM_CHECKPOINT_TEXT)); break;
+  case 4: PetscCall(PetscStrncpy(text, s->fluid_model ? DLMPolymerForms[s->polymer_form] : "none", DLM_CHECKPOINT_TEXT)); break;
+  case 5: PetscCall(PetscStrncpy(text, DLMPairingTypes[s->pairing_type], DLM_CHECKPOINT_TEXT)); break;
+  case 6: PetscCall(PetscStrncpy(text, DLMPointSets[s->pairing_points], DLM_CHECKPOINT_TEXT)); break;
+  case 7:
+  case 8:
+  case 9:
+    if (values[k - 7] == DLM_AUTO) PetscCall(PetscStrncpy(text, "auto", DLM_CHECKPOINT_TEXT));
+    else PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%.15g", (double)values[k - 7]));
+    break;
+  case 10: PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%" PetscInt_FMT, s->n_spheres)); break;
+  case 11:
+    PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%.15g,%.15g,%.15g", (double)sim->frame_velocity[0], (double)sim->frame_velocity[1], (double)sim->frame_velocity[2]));
+    break;
+  }
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode MoveScene(DLMCheckpointFile *file, DLMSimulation sim)
+{
+  const DLMScene *scene = sim->scene;
+  PetscReal      *radius;
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0;; k++) {
+    const char *key;
+    char        name[64], now[DLM_CHECKPOINT_TEXT] = "", text[DLM_CHECKPOINT_TEXT] = "";
+    PetscBool   same;
+    PetscCall(DescribeScene(sim, k, &key, now));
+    if (!key) break;
+    PetscCall(PetscSNPrintf(name, sizeof(name), "scene/%s", key[0] == '-' ? key + 1 : key));
+    PetscCall(PetscStrncpy(text, now, sizeof(text)));
+    PetscCall(DLMCheckpointText(file, name, text));
+    PetscCall(PetscStrcmp(text, now, &same));
+    DLMUserCheck(same, scene->comm, "%s %s cannot go on from -restart %s, which has %s; allowed: the same", key, now, file->path, text);
+  }
+  PetscCall(PetscMalloc1(scene->n_spheres, &radius));
+  for (PetscInt i = 0; i < scene->n_spheres; i++) radius[i] = scene->spheres[i].radius;
+  PetscCall(DLMCheckpointReals(file, "scene/radii", scene->n_spheres, radius));
+  for (PetscInt i = 0; i < scene->n_spheres; i++)
+    DLMUserCheck(radius[i] == scene->spheres[i].radius, scene->comm, "radius %.15g of sphere %" PetscInt_FMT " cannot go on from -restart %s, which has %.15g; allowed: the same",
+                 (double)scene->spheres[i].radius, i, file->path, (double)radius[i]);
+  PetscCall(PetscFree(radius));
+  PetscFunctionReturn(0);
+}
+
+/* Where the run is, and its records so far. */
+static PetscErrorCode MoveRun(DLMCheckpointFile *file, DLMSimulation sim, DLMRunState *run)
+{
+  DLMPolymerHealth *worst = &sim->worst;
+
+  PetscFunctionBegin;
+  PetscCall(DLMCheckpointInts(file, "step", 1, &run->step));
+  PetscCall(DLMCheckpointReals(file, "time", 1, &run->time));
+  PetscCall(DLMCheckpointReals(file, "dt", 1, &run->dt));
+  PetscCall(DLMCheckpointReals(file, "ts_dt", 1, &run->ts_dt));
+  PetscCall(DLMCheckpointReals(file, "ts_max_time", 1, &run->ts_max_time));
+  PetscCall(DLMCheckpointReals(file, "velocity_time", 1, &sim->velocity_time));
+  PetscCall(DLMCheckpointReals(file, "last_interval", 1, &sim->last_interval));
+  PetscCall(DLMCheckpointBool(file, "flowing", &sim->flowing));
+  PetscCall(DLMCheckpointReals(file, "records/contact_force", 1, &sim->contact.largest));
+  PetscCall(DLMCheckpointReals(file, "records/gap", 1, &sim->smallest_gap));
+  PetscCall(DLMCheckpointReals(file, "records/slip", 1, &sim->largest_slip));
+  PetscCall(DLMCheckpointReals(file, "records/eigenvalue", 1, &worst->smallest_eigenvalue));
+  PetscCall(DLMCheckpointReals(file, "records/eigenvalue_place", 3, worst->place));
+  PetscCall(DLMCheckpointReals(file, "records/eigenvalue_time", 1, &sim->worst_time));
+  PetscCall(DLMCheckpointReals(file, "records/trace", 1, &worst->largest_trace));
+  PetscCall(DLMCheckpointReals(file, "records/courant", 1, &worst->courant));
+  PetscCall(DLMCheckpointInts(file, "records/substeps", 1, &worst->substeps));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode MoveSpheres(DLMCheckpointFile *file, DLMSimulation sim)
+{
+  DLMSphereState *state;
+  DLMSaddleState  saddle;
+  PetscInt        n;
+
+  PetscFunctionBegin;
+  if (!sim->spheres) PetscFunctionReturn(0);
+  PetscCall(DLMSpheresGetStates(sim->spheres, &n, &state));
+  PetscCall(DLMCheckpointReals(file, "spheres/states", n * (PetscInt)(sizeof(*state) / sizeof(PetscReal)), (PetscReal *)state));
+  PetscCall(DLMSaddleStateCreate(sim->saddle, &saddle));
+  if (file->writing) PetscCall(DLMSaddleGetState(sim->saddle, &saddle));
+  PetscCall(DLMCheckpointReals(file, "spheres/multipliers", saddle.n_multipliers, saddle.multipliers));
+  PetscCall(DLMCheckpointReals(file, "spheres/reference", 1, &saddle.reference));
+  PetscCall(DLMCheckpointInts(file, "blocks/n_ranks", 1, &saddle.blocks.n_ranks));
+  PetscCall(DLMCheckpointInts(file, "blocks/first", n, saddle.blocks.first));
+  PetscCall(DLMCheckpointInts(file, "blocks/rank", n, saddle.blocks.rank));
+  PetscCall(DLMCheckpointReals(file, "blocks/center", 3 * n, saddle.blocks.center));
+  PetscCall(DLMCheckpointReals(file, "blocks/origin", 3 * n, saddle.blocks.origin));
+  if (!file->writing) PetscCall(DLMSaddleSetState(sim->saddle, &saddle));
+  PetscCall(DLMSaddleStateDestroy(&saddle));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode MoveVec(DLMCheckpointFile *file, const char *name, DM dm, Vec v)
+{
+  Vec copy;
+
+  PetscFunctionBegin;
+  PetscCall(DMGetGlobalVector(dm, &copy));
+  PetscCall(VecCopy(v, copy));
+  PetscCall(DLMCheckpointField(file, name, dm, copy));
+  if (!file->writing) PetscCall(VecCopy(copy, v));
+  PetscCall(DMRestoreGlobalVector(dm, &copy));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode MoveFluid(DLMCheckpointFile *file, DLMSimulation sim)
+{
+  DM  velocity, pressure;
+  Vec x, u, p;
+
+  PetscFunctionBegin;
+  PetscCall(DLMGridGetDMs(sim->grid, &velocity, &pressure));
+  PetscCall(DLMSaddleGetFluid(sim->saddle, &x));
+  PetscCall(DLMStokesGetParts(sim->stokes, x, &u, &p));
+  PetscCall(MoveVec(file, "fluid/velocity", velocity, u));
+  PetscCall(MoveVec(file, "fluid/pressure", pressure, p));
+  PetscCall(DLMStokesRestoreParts(sim->stokes, x, &u, &p));
+  PetscFunctionReturn(0);
+}
+
+/* C is planar on every rank; in the file its components are interleaved: 11, 22, 33, 12, 13, 23. */
+static PetscErrorCode Interleave(Vec C, Vec nodal, PetscBool back)
+{
+  PetscScalar *planar, *x;
+  PetscInt     n;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(C, &n));
+  PetscCall(VecGetArray(C, &planar));
+  PetscCall(VecGetArray(nodal, &x));
+  for (PetscInt i = 0; i < n / 6; i++)
+    for (int k = 0; k < 6; k++) {
+      if (back) planar[k * (n / 6) + i] = x[6 * i + k];
+      else x[6 * i + k] = planar[k * (n / 6) + i];
+    }
+  PetscCall(VecRestoreArray(nodal, &x));
+  PetscCall(VecRestoreArray(C, &planar));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode MoveConformation(DLMCheckpointFile *file, DLMSimulation sim, DM velocity)
+{
+  DM  dm;
+  Vec C, nodal;
+
+  PetscFunctionBegin;
+  PetscCall(DLMPolymerGetConformation(sim->polymer, &C));
+  PetscCall(DMDACreateCompatibleDMDA(velocity, 6, &dm));
+  PetscCall(DMCreateGlobalVector(dm, &nodal));
+  if (file->writing) PetscCall(Interleave(C, nodal, PETSC_FALSE));
+  PetscCall(DLMCheckpointField(file, "polymer/conformation", dm, nodal));
+  if (!file->writing) PetscCall(Interleave(C, nodal, PETSC_TRUE));
+  PetscCall(VecDestroy(&nodal));
+  PetscCall(DMDestroy(&dm));
+  PetscFunctionReturn(0);
+}
+
+/* The gradient follows from the velocity, which has to be there already. */
+static PetscErrorCode MovePolymer(DLMCheckpointFile *file, DLMSimulation sim)
+{
+  DLMPolymerState state;
+  DM              velocity;
+  Vec             x;
+
+  PetscFunctionBegin;
+  if (!sim->polymer) PetscFunctionReturn(0);
+  PetscCall(DLMGridGetDMs(sim->grid, &velocity, NULL));
+  PetscCall(DLMPolymerGetState(sim->polymer, &state));
+  PetscCall(MoveConformation(file, sim, velocity));
+  PetscCall(DLMCheckpointInts(file, "polymer/n_forces", 1, &state.n_forces));
+  PetscCall(DLMCheckpointReals(file, "polymer/time_now", 1, &state.time_now));
+  PetscCall(DLMCheckpointReals(file, "polymer/time_before", 1, &state.time_before));
+  PetscCall(DLMCheckpointReals(file, "polymer/velocity_time", 1, &state.velocity_time));
+  PetscCall(DLMCheckpointBool(file, "polymer/moves", &state.moves));
+  PetscCall(DLMCheckpointInts(file, "polymer/mirror", 1, &state.mirror));
+  if (state.n_forces > 0) PetscCall(MoveVec(file, "polymer/force_now", velocity, state.force_now));
+  if (state.n_forces > 1) PetscCall(MoveVec(file, "polymer/force_before", velocity, state.force_before));
+  if (file->writing) PetscFunctionReturn(0);
+  PetscCall(DLMPolymerSetState(sim->polymer, &state));
+  PetscCall(DLMSaddleGetFluid(sim->saddle, &x));
+  if (state.moves) PetscCall(DLMPolymerSetVelocity(sim->polymer, state.velocity_time, x));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode MoveState(DLMCheckpointFile *file, DLMSimulation sim, DLMRunState *run)
+{
+  PetscFunctionBegin;
+  PetscCall(MoveRun(file, sim, run));
+  PetscCall(MoveSpheres(file, sim));
+  PetscCall(MoveFluid(file, sim));
+  PetscCall(MovePolymer(file, sim));
+  PetscFunctionReturn(0);
+}
+
+
+PetscErrorCode DLMCheckpointWrite(DLMSimulation sim, const char *path, PetscReal dt, int *failed)
+{
+  DLMRunState        run = { .dt = dt, .ts_dt = sim->scene->ts_dt, .ts_max_time = sim->scene->ts_max_time };
+  DLMCheckpointFile *file;
+
+  PetscFunctionBegin;
+  PetscCall(TSGetStepNumber(sim->ts, &run.step));
+  PetscCall(TSGetTime(sim->ts, &run.time));
+  PetscCall(DLMCheckpointFileCreate(sim->scene->comm, path, &file));
+  PetscCall(MoveScene(file, sim));
+  PetscCall(MoveState(file, sim, &run));
+  PetscCall(DLMCheckpointFileSave(file, failed));
+  PetscCall(DLMCheckpointFileDestroy(&file));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMCheckpointOpen(DLMSimulation sim)
+{
+  PetscFunctionBegin;
+  if (!sim->scene->restart[0]) PetscFunctionReturn(0);
+  PetscCall(DLMCheckpointFileOpen(sim->scene->comm, sim->scene->restart, &sim->restart));
+  PetscCall(MoveScene(sim->restart, sim));
+  PetscFunctionReturn(0);
+}
+
+/* Steps near the end of a leg were fitted to that end: another end starts from the scene's dt, and so does a changed dt. */
+PetscErrorCode DLMCheckpointLoad(DLMSimulation sim)
+{
+  const DLMScene *scene = sim->scene;
+  DLMRunState     run;
+  PetscBool       fitted;
+
+  PetscFunctionBegin;
+  PetscCall(MoveState(sim->restart, sim, &run));
+  PetscCall(DLMCheckpointFileDestroy(&sim->restart));
+  fitted = (PetscBool)(run.ts_max_time != scene->ts_max_time && run.time + 2.02 * run.dt >= run.ts_max_time);
+  PetscCall(TSSetStepNumber(sim->ts, run.step));
+  PetscCall(TSSetTime(sim->ts, run.time));
+  PetscCall(TSSetTimeStep(sim->ts, run.ts_dt != scene->ts_dt || fitted ? scene->ts_dt : run.dt));
+  sim->first_step = run.step;
+  PetscFunctionReturn(0);
+}

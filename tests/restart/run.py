@@ -1,0 +1,318 @@
+#!/usr/bin/env python3
+"""Checkpoints: a run that was stopped and continued must be the run that was not.
+
+    run.py legs DLMFD MPIRUN...       N steps against N/2 + N/2: equal to the last bit; files without gap or double row
+    run.py ranks DLMFD MPIRUN...      continued on another number of ranks, to 1e-10
+    run.py refused DLMFD MPIRUN...    changed scenes, damaged files, folders that cannot be written: one line, exit code 2, nothing lost
+    run.py signals DLMFD MPIRUN...    SIGTERM and SIGUSR1: exit code 3, then continued; a run that gives up
+    run.py kills DLMFD COUNT MPIRUN...  kill -9 at random moments, continued each time
+"""
+import os
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+import h5py
+import numpy
+
+BOX = ("-box_size 1.5,1,1 -grid_resolution 16 -sphere_radius 0.15 -saddle_rtol 1e-11 -progress_every 1000 -ts_max_time 100"
+       " -wall_velocity_lower -1,0,0 -wall_velocity_upper 2,0,0 ")
+THREE = BOX + "-sphere_centers 0.6,0.02,0.2,0.25,-0.02,0.15,-0.3,0,-0.2 -ts_dt 0.1"  # the first two are near each other, the first one crosses a face
+POLYMER = " -fluid_model oldroyd_b -ts_dt 0.05"
+SCENES = {
+    "newtonian lie": THREE,
+    "newtonian strang": THREE + " -ts_split_scheme strang",
+    "no inertia": THREE + " -ts_split_scheme strang -sphere_inertia 0",
+    "points without harmonics": THREE + " -pairing_degree 0 -ts_split_scheme strang",
+    "volume points": THREE + " -pairing_points volume -saddle_rtol 1e-8 -ts_split_scheme strang",
+    "thesis's solver": THREE + " -saddle_split velocity -saddle_rtol 1e-6",
+    "factor lie": THREE + POLYMER,
+    "factor strang": THREE + POLYMER + " -ts_split_scheme strang",
+    "log lie": THREE + POLYMER + " -polymer_form log",
+    "log strang": THREE + POLYMER + " -polymer_form log -ts_split_scheme strang",
+    "explicit, extend": THREE + POLYMER + " -polymer_coupling explicit -polymer_inside extend -ts_dt 0.02 -ts_split_scheme strang",
+    "fluid alone": BOX + POLYMER + " -ts_split_scheme strang -polymer_mode_amplitude 0.1 -output_fields_every 2",
+}
+PROGRAM, MPIRUN, FOLDER, FAILED = "", [], "", 0
+
+
+def check(good, text):
+    global FAILED
+    FAILED += not good
+    print(("  " if good else "FAILED ") + text, flush=True)
+
+
+def place(name):
+    return os.path.join(FOLDER, name)
+
+
+def command(options, folder, ranks=1):
+    launch = MPIRUN + ["-n", str(ranks)] if ranks > 1 else []
+    return launch + [PROGRAM] + options.split() + ["-output_dir", place(folder)]
+
+
+def run(options, folder, ranks=1, expected=0):
+    done = subprocess.run(command(options, folder, ranks), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=300)
+    if done.returncode != expected:
+        print(" ".join(command(options, folder, ranks)), done.stdout[-2000:], done.stderr[-2000:], sep="\n")
+        check(False, f"exit code {done.returncode}, expected {expected}")
+    return done
+
+
+def checkpoint(folder):
+    return os.path.join(place(folder), "checkpoint.h5")
+
+
+def text(folder, name="trajectory.csv"):
+    with open(os.path.join(place(folder), name), "rb") as file:
+        return file.read()
+
+
+def rows(folder):
+    return numpy.loadtxt(os.path.join(place(folder), "trajectory.csv"), delimiter=",", skiprows=1)
+
+
+def fields(folder, name="fields.h5"):
+    """All numbers of an HDF5 file by name."""
+    found = {}
+    with h5py.File(os.path.join(place(folder), name), "r") as file:
+        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
+    return found
+
+
+def same_fields(a, b, file="fields.h5"):
+    a, b = fields(a, file), fields(b, file)
+    different = sorted(set(a) ^ set(b)) + [name for name in a if name in b and a[name].tobytes() != b[name].tobytes()]
+    if different:
+        print(f"  different: {different}")
+    return not different
+
+
+def same_state(a, b):
+    """The last checkpoints of two runs, byte by byte."""
+    return same_fields(a, b, "checkpoint.h5")
+
+
+def legs():
+    for name, scene in SCENES.items():
+        folder = name.replace(" ", "_").replace("'", "").replace(",", "")
+        run(scene + " -ts_max_steps 8 -checkpoint_every 100", folder + "0")
+        run(scene + " -ts_max_steps 4 -checkpoint_every 3", folder)
+        run(scene + f" -ts_max_steps 8 -checkpoint_every 100 -restart {checkpoint(folder)}", folder)
+        good = same_state(folder, folder + "0")
+        if "centers" in scene:
+            x1 = rows(folder)[:, 3][0::3]
+            check(good and text(folder) == text(folder + "0"), f"{name}: 8 steps are 4 + 4, to the last bit; x1 of sphere 0 from {x1[0]:.3f} to {x1[-1]:.3f}, face at 0.75; "
+                  f"{os.path.getsize(checkpoint(folder))} bytes")
+        else:
+            check(good and same_fields(folder, folder + "0"), f"{name}: 8 steps are 4 + 4, to the last bit")
+    check(rows("newtonian_strang")[-3, 3] - 0.5 * 0.8 > 0.75, "the face is crossed, in the frame of the mesh too")
+    for name, scene, ranks in (("newtonian", SCENES["newtonian strang"], 2), ("polymer", SCENES["log strang"], 3)):
+        run(scene + " -ts_max_steps 6", name + "_ranks0", ranks)
+        run(scene + " -ts_max_steps 3 -checkpoint_every 3", name + "_ranks", ranks)
+        run(scene + f" -ts_max_steps 6 -restart {checkpoint(name + '_ranks')}", name + "_ranks", ranks)
+        check(text(name + "_ranks") == text(name + "_ranks0"), f"{name}, {ranks} ranks: 6 steps are 3 + 3, to the last bit")
+    # files that went on past the checkpoint
+    scene = SCENES["factor strang"] + " -output_fields_every 2 -output_every 1"
+    run(scene + " -ts_max_steps 10", "past0")
+    run(scene + " -ts_max_steps 5 -checkpoint_every 4", "past", expected=0)
+    run(scene + " -ts_max_steps 4 -checkpoint_every 4", "past_copy")
+    run(scene + f" -ts_max_steps 9 -restart {checkpoint('past_copy')}", "past")
+    with open(os.path.join(place("past"), "trajectory.csv"), "a", encoding="utf-8") as file:
+        file.write("10,0.5,0,0.12")  # a row that was being written
+    run(scene + f" -ts_max_steps 10 -restart {checkpoint('past_copy')}", "past")
+    check(text("past") == text("past0"), "trajectory.csv written past the checkpoint is cut there and continued")
+    check(same_fields("past", "past0"), f"so is fields.h5, {sorted(n for n in fields('past') if n.endswith('velocity') and 'spheres' not in n)}")
+    check(text("past", "fields.xmf") == text("past0", "fields.xmf"), "and fields.xmf")
+    # what may change
+    run(scene + f" -ts_max_steps 6 -ts_dt 0.01 -saddle_rtol 1e-7 -output_every 2 -restart {checkpoint('past_copy')}", "changed")
+    found = rows("changed")[::3]
+    check(abs(found[-1, 1] - 0.22) < 1e-12 and found[-1, 0] == 6, f"another dt, tolerance and interval go on: t = {found[-1, 1]:g} at step {found[-1, 0]:g}")
+    run(scene + f" -ts_max_time 0.25 -restart {checkpoint('past_copy')}", "end")
+    run(scene.replace("-ts_max_time 100", "-ts_max_time 0.275") + " -checkpoint_every 1", "end")
+    run(scene + f" -ts_max_steps 9 -restart {checkpoint('end')}", "end")
+    times = numpy.unique(rows("end")[:, 1])
+    check(abs(numpy.diff(times)[-3:] - 0.05).max() < 1e-12, f"a leg that ended in a shorter step goes on with dt: {numpy.round(times, 4)}")
+
+
+def ranks():
+    for name in ("newtonian strang", "newtonian lie", "factor strang", "log lie"):
+        folder = name.replace(" ", "_")
+        scene = SCENES[name].replace("1e-11", "1e-13")
+        run(scene + " -ts_max_steps 8", folder + "0")
+        whole = rows(folder + "0")
+        for first, second in ((1, 3), (4, 2)):
+            part = f"{folder}{first}{second}"
+            run(scene + " -ts_max_steps 4 -checkpoint_every 4", part, first)
+            run(scene + f" -ts_max_steps 8 -restart {checkpoint(part)}", part, second)
+            found = rows(part)
+            same = found.shape == whole.shape and (found[:, :3] == whole[:, :3]).all()
+            difference = abs(found[:, 3:] - whole[:, 3:]).max() if same else numpy.inf
+            check(difference <= 1e-10, f"{name}, {first} ranks then {second}: difference {difference:.1e}")
+
+
+def refusal(what, pattern, options, folder, ranks=1):
+    """One line that matches, exit code 2, and the folder as it was."""
+    before = {name: text(folder, name) for name in os.listdir(place(folder))} if os.path.isdir(place(folder)) else None
+    done = run(options, folder, ranks, 2)
+    lines = [line for line in done.stderr.splitlines() if line.startswith("dlmfd:") or "PETSC ERROR" in line]
+    after = {name: text(folder, name) for name in os.listdir(place(folder))} if os.path.isdir(place(folder)) else None
+    good = len(lines) == 1 and re.search("^dlmfd: error: .*" + pattern, lines[0])
+    check(bool(good), f"{what}: {lines}")
+    if before != after:
+        check(False, f"{what}: the folder has changed")
+
+
+def refused():
+    scene = SCENES["factor strang"]
+    run(scene + " -ts_max_steps 2 -checkpoint_every 1", "good")
+    good = checkpoint("good")
+    again = scene + f" -ts_max_steps 3 -restart {good}"
+    changes = (("-box_size 1.5,1,2", r"-box_size 1\.5,1,2 cannot go on from -restart \S+, which has 1\.5,1,1; allowed: the same"),
+               ("-box_periodic 1,0,0", r"-box_periodic 1,0,0 .* which has 1,1,0"), ("-grid_resolution 20", r"-grid_resolution 20 .* which has 16"),
+               ("-fluid_model newtonian", r"-fluid_model newtonian .* which has oldroyd_b"), ("-polymer_form log", r"-polymer_form log .* which has factor"),
+               ("-sphere_radius 0.14", r"radius 0\.14 of sphere 0 .* which has 0\.15"), ("-sphere_centers 0,0,0", r"number of spheres 1 .* which has 3"),
+               ("-pairing_degree 2", r"-pairing_degree 2 .* which has auto"), ("-pairing_points volume", r"-pairing_points volume .* which has surface"),
+               ("-wall_velocity_upper 1,0,0", r"mean wall velocity 0,0,0 .* which has 0\.5,0,0"))
+    for option, pattern in changes:
+        refusal(option, pattern, again + " " + option, "none")
+    refusal("on two ranks", changes[0][1], again + " " + changes[0][0], "none", ranks=2)
+    refusal("missing", r"-restart \S+ cannot be read \(No such file", scene + " -restart " + place("absent.h5"), "none")
+    whole = text("good", "checkpoint.h5")
+    bad = place("bad.h5")
+    chance = random.Random(1)
+
+    def damaged(what, content, pattern):
+        with open(bad, "wb") as file:
+            file.write(content)
+        refusal(what, pattern, scene + f" -restart {bad}", "none")
+
+    damaged("empty", b"", "is not a checkpoint")
+    damaged("a CSV", text("good"), "is not a checkpoint")
+    for length in (100, 600, len(whole) // 2, len(whole) - 1):
+        damaged(f"cut to {length} bytes", whole[:length], "is damaged: it has|is not a checkpoint")
+    damaged("a byte too long", whole + b"x", "is damaged: it has")
+    for k in range(12):
+        at = chance.randrange(512 if k < 6 else len(whole)) if k < 11 else len(whole) - 1
+        flipped = bytearray(whole)
+        flipped[at] ^= 1 << chance.randrange(8)
+        damaged(f"a flipped bit in byte {at}", bytes(flipped), r"-restart \S+ (is damaged|is not a checkpoint|has format)")
+    damaged("another version", whole.replace(b"format 1\n", b"format 7\n", 1), r"has format 7, written by dlmfd \S+; allowed: format 1")
+    refusal("-checkpoint_every -1", "-checkpoint_every -1: '-1' is out of range", scene + " -checkpoint_every -1", "none")
+    check(not os.path.exists(place("none")), "nothing was written")
+
+    # the checkpoint cannot be written: the full device, and a folder in its way
+    kept = text("good", "checkpoint.h5")
+    fresh = checkpoint("good") + ".new"
+    for what, prepare in (("no space", lambda: os.symlink("/dev/full", fresh)), ("a folder in the way", lambda: os.mkdir(fresh))):
+        prepare()
+        done = run(again.replace("max_steps 3", "max_steps 5") + " -checkpoint_every 2", "good", expected=2)
+        lines = [line for line in done.stderr.splitlines() if line]
+        check(len(lines) == 1 and bool(re.search(r"^dlmfd: error: output_dir: cannot write \S+checkpoint.h5 \(.*\); the checkpoint before it, if any, is untouched", lines[0])),
+              f"{what}: {lines}")
+        check(text("good", "checkpoint.h5") == kept, "  the one before is untouched")
+    os.rmdir(fresh)
+    run(scene + " -ts_max_steps 5", "whole")
+    run(again.replace("max_steps 3", "max_steps 5"), "good")
+    check(text("good") == text("whole"), "and continues the run")
+    run(scene + " -ts_max_steps 1", "good")
+    check(text("good", "checkpoint_before.h5") == kept and not os.path.exists(checkpoint("good")), "a new run in the folder puts it aside")
+
+
+def wait_for_rows(process, folder, count):
+    path = os.path.join(place(folder), "trajectory.csv")
+    for _ in range(3000):
+        if process.poll() is not None:
+            return
+        if os.path.exists(path):
+            with open(path, "rb") as file:
+                if file.read().count(b"\n") > count:
+                    return
+        time.sleep(0.01)
+
+
+def children(pid):
+    with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:
+        return [int(child) for child in file.read().split()]
+
+
+def signals():
+    scene = SCENES["factor strang"]
+    for name, number, ranks in (("SIGTERM", signal.SIGTERM, 1), ("SIGUSR1", signal.SIGUSR1, 1), ("SIGUSR1", signal.SIGUSR1, 2)):
+        folder = f"{name}{ranks}"
+        process = subprocess.Popen(command(scene + " -ts_max_steps 100000", folder, ranks), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        wait_for_rows(process, folder, 9)
+        target = process.pid if ranks == 1 else children(process.pid)[-1]  # one rank only: the others must hear of it
+        os.kill(target, number)
+        output = process.communicate(timeout=60)[0]
+        line = re.search(rf"^stopped by {name} at t = \S+, step (\d+): -restart \S+checkpoint.h5 goes on$", output, re.M)
+        check(process.returncode == 3 and bool(line), f"{name}, {ranks} ranks: exit code {process.returncode}, {line and line.group()}")
+        if not line:
+            continue
+        steps = int(line.group(1)) + 3
+        run(scene + f" -ts_max_steps {steps}", folder + "0", ranks)
+        run(scene + f" -ts_max_steps {steps} -restart {checkpoint(folder)}", folder, ranks)
+        check(text(folder) == text(folder + "0"), f"  {steps} steps after that, to the last bit")
+    run(THREE + " -ts_max_steps 3 -checkpoint_minutes 1e-6", "minutes")
+    run(THREE + f" -ts_max_steps 3 -restart {checkpoint('minutes')}", "minutes")
+    check(rows("minutes")[-1, 0] == 3, "-checkpoint_minutes")
+
+    unstable = (BOX.replace("1.5,1,1", "1,1,1").replace("-1,0,0", "-0.5,0,0").replace("2,0,0", "0.5,0,0").replace("1e-11", "1e-6") +
+                "-sphere_centers 0.02,0.01,0.1 -sphere_motion rotate -fluid_model oldroyd_b -fluid_relaxation_time 0.1 -ts_dt 0.1 -polymer_coupling explicit")
+    done = run(unstable + " -checkpoint_every 5", "gave_up", expected=2)
+    line = re.search(r"^dlmfd: error: .* at t = (\S+) near .*; -restart (\S+checkpoint_last.h5) goes on from the step before$", done.stderr, re.M)
+    check(bool(line), f"a run that gives up: {done.stderr.strip()[-120:]}")
+    if line:
+        again = run(unstable + f" -restart {line.group(2)}", "gave_up_again", expected=2)  # its last step is the first one there
+        check(f"at t = {line.group(1)} near" in again.stderr, f"  and again at t = {line.group(1)}, from the step before")
+    run(unstable + f" -ts_dt 0.01 -ts_max_steps 10 -restart {checkpoint('gave_up')}", "gave_up")
+    check(rows("gave_up")[-1, 0] == 10, "  and from the checkpoint.h5 before that")
+
+
+def kills(count):
+    """Every run writes a checkpoint a step; it is killed at a random moment, continued, killed again."""
+    chance = random.Random()
+    scenes = (SCENES["newtonian strang"], SCENES["factor strang"])
+    done, early, leg = 0, 0, 0
+    while done < count:
+        scene = scenes[leg % 2] + " -ts_max_steps 40"
+        whole, folder = f"whole{leg % 2}", f"killed{leg}"
+        leg += 1
+        started = time.time()
+        if not os.path.exists(place(whole)):
+            run(scene, whole)
+        span = 1.2 * max(0.3, time.time() - started) if leg <= 2 else span
+        while True:
+            restart = f" -restart {checkpoint(folder)}" if os.path.exists(checkpoint(folder)) else ""
+            process = subprocess.Popen(command(scene + " -checkpoint_every 1" + restart, folder), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            try:
+                if done >= count:
+                    process.wait(timeout=300)
+                else:
+                    process.wait(timeout=chance.uniform(0.02, 0.5 * span))
+                error = process.communicate()[1]
+                check(process.returncode == 0, f"{folder}: ends with exit code {process.returncode} {error.strip()}") if process.returncode else None
+                break
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.communicate()
+                done += 1
+                early += not restart
+        if text(folder) != text(whole):
+            check(False, f"{folder}: not the run that was not killed")
+        shutil.rmtree(place(folder))
+    check(True, f"{done} kills in {leg} runs of 40 steps, {early} of them before the first checkpoint; every one ended as the run that was not killed")
+
+
+if __name__ == "__main__":
+    group, PROGRAM, rest = sys.argv[1], os.path.abspath(sys.argv[2]), sys.argv[3:]
+    arguments = [int(rest.pop(0))] if group == "kills" else []
+    MPIRUN = rest
+    with tempfile.TemporaryDirectory() as FOLDER:
+        {"legs": legs, "ranks": ranks, "refused": refused, "signals": signals, "kills": kills}[group](*arguments)
+    sys.exit(1 if FAILED else 0)
