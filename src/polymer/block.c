@@ -136,8 +136,8 @@ PetscErrorCode DLMPolymerCreate(DLMGrid grid, DLMSpheres spheres, const DLMScene
   PetscCall(FillBlock(p));
   DLMKuhnRowsFill(grid->h, p->rows);
   p->stress_offset = scene->polymer_stress_offset;
-  if (p->stress_offset == DLM_AUTO) /* the thesis's reset and its coupling know no weights */
-    p->stress_offset = scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES && scene->polymer_inside != DLM_INSIDE_IDENTITY ? 0.75 : 0.0;
+  if (p->stress_offset == DLM_AUTO) /* where C runs free in the layer that is left out, high Wi blows up */
+    p->stress_offset = scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES && scene->polymer_inside == DLM_INSIDE_EXTEND ? 0.75 : 0.0;
   PetscCall(CreateArrays(p));
   PetscCall(SetStart(p));
   p->health.sound = PETSC_TRUE;

@@ -54,11 +54,12 @@ const DLMSceneKey DLMSceneKeys[] = {
    "what is advected: the Cholesky factor of the conformation tensor C, or its logarithm"},
   {"Polymer", "polymer_coupling", DLM_KEY_WORD, "both_sides", AT(scene.polymer_coupling), ONE_OF(DLMCouplings), "",
    "explicit: polymer stress on the right-hand side (thesis); both_sides: the polymer viscosity on both sides (DEVSS-G)"},
-  {"Polymer", "polymer_inside", DLM_KEY_WORD, "evolve", AT(scene.polymer_inside), ONE_OF(DLMInsides), "",
-   "C inside the spheres: identity, reset every step (thesis); evolve, as outside; extend, continued from outside into two layers"},
+  {"Polymer", "polymer_inside", DLM_KEY_WORD, "extend", AT(scene.polymer_inside), ONE_OF(DLMInsides), "",
+   "C inside the spheres: identity, reset every step (thesis); evolve, as outside; extend, continued from outside, across the layer that the "
+   "stress offset leaves out, into two layers"},
   {"Polymer", "polymer_stress_offset", DLM_KEY_AUTO, "auto", AT(scene.polymer_stress_offset), BETWEEN(0, 4), "h",
    "the polymer's stress counts from this far outside a sphere's surface on; 0: everywhere; "
-   "auto: 0.75, calibrated, or 0 with -polymer_coupling explicit or -polymer_inside identity"},
+   "auto: 0.75, calibrated, for both_sides with -polymer_inside extend, else 0"},
   {"Polymer", "polymer_courant", DLM_KEY_REAL, "0.6", AT(scene.polymer_courant), BETWEEN(0.01, 1), "",
    "largest Courant number of an advection sub-step"},
   {"Polymer", "polymer_mode_amplitude", DLM_KEY_REAL, "0", AT(scene.polymer_mode_amplitude), BETWEEN(-0.9, 0.9), "",
