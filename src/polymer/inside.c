@@ -2,7 +2,7 @@
 
 /*
   Marks ghosted nodes inside the spheres: 1 in the layer of depth h below the surface, 2 in the next one, 3 deeper; 0 outside. Under the extend rule the surface is
-  the one from which the stress counts (surface.c): C of nodes whose stress counts for nothing must not run free. A node in two spheres takes the deeper mark.
+  where the stress begins to count (surface.c): C of nodes whose stress counts for nothing must not run free. A node in two spheres takes the deeper mark.
 */
 static PetscErrorCode MarkInside(DLMPolymer p)
 {
@@ -15,7 +15,7 @@ static PetscErrorCode MarkInside(DLMPolymer p)
   PetscCall(PetscArrayzero(p->inside, b->n_ghosted));
   PetscCall(DLMSpheresGetStates(p->spheres, &n, &state));
   for (PetscInt s = 0; s < n; s++) {
-    const PetscReal a = p->scene->spheres[s].radius + (p->scene->polymer_inside == DLM_INSIDE_EXTEND ? p->stress_offset * h : 0.0);
+    const PetscReal a = p->scene->spheres[s].radius + (p->scene->polymer_inside == DLM_INSIDE_EXTEND && p->stress_offset > 0.5 ? (p->stress_offset - 0.5) * h : 0.0);
     for (PetscInt k = 0; k < b->ghost_width[2]; k++)
       for (PetscInt j = 0; j < b->ghost_width[1]; j++) {
         const PetscInt node[3] = { b->ghost_start[0], b->ghost_start[1] + j, b->ghost_start[2] + k };
