@@ -123,7 +123,7 @@ static void Push(DLMForceHistory *h, PetscReal time)
 }
 
 /* Entries of the gradient that make up 2 D in the order of C. */
-static const int first[6] = { 0, 4, 8, 1, 2, 5 }, second[6] = { 0, 4, 8, 3, 6, 7 };
+static const int entry_ij[6] = { 0, 4, 8, 1, 2, 5 }, entry_ji[6] = { 0, 4, 8, 3, 6, 7 };
 
 /* T <- (eta/lambda1)(C - I) + excess 2 D with constant viscosities; excess: solvent's less the implicit one. */
 static void ConstantStress(DLMPolymer p, double eta, double excess, double *const T[6])
@@ -132,7 +132,7 @@ static void ConstantStress(DLMPolymer p, double eta, double excess, double *cons
 
   for (int k = 0; k < 6; k++) {
     const double          unit = k < 3 ? elastic : 0.0;
-    const double *restrict c = p->c[k], *restrict g = p->g[first[k]], *restrict h = p->g[second[k]];
+    const double *restrict c = p->c[k], *restrict g = p->g[entry_ij[k]], *restrict h = p->g[entry_ji[k]];
     double *restrict       t = T[k];
     for (PetscInt x = 0; x < p->block.n; x++) t[x] = elastic * c[x] - unit + excess * (g[x] + h[x]);
   }
@@ -157,7 +157,7 @@ static void LocalStress(DLMPolymer p, PetscBool viscous, double *const T[6])
   }
   if (p->model->spring) p->model->spring(p->scene, n, trace, a, b);
   for (int k = 0; k < 6; k++) {
-    const double *c = p->c[k], *g = p->g[first[k]], *h = p->g[second[k]], unit = k < 3 ? 1.0 : 0.0;
+    const double *c = p->c[k], *g = p->g[entry_ij[k]], *h = p->g[entry_ji[k]], unit = k < 3 ? 1.0 : 0.0;
     for (PetscInt x = 0; x < n; x++) T[k][x] = rate * eta[x] * (a[x] * c[x] - unit * b[x]) + (viscous ? (mu[x] - implicit) * (g[x] + h[x]) : 0.0);
   }
 }
