@@ -17,6 +17,9 @@ struct _p_DLMGrid {
   DM        velocity, pressure;
 };
 
+/* A DMDA on the velocity nodes, shared over the ranks as they are. Collective. */
+PETSC_INTERN PetscErrorCode DLMGridCreateDM(DLMGrid grid, PetscInt dof, DMDAStencilType stencil, PetscInt width, DM *dm);
+
 /* Place of node i on axis d of a mesh of n cells on that axis. */
 static inline int DLMGridPlace(DLMGrid grid, int d, PetscInt i, PetscInt n)
 {

@@ -46,7 +46,7 @@ struct _p_DLMPolymer {
   double            *ghosted, *t[6], *r[6], *u[3]; /* ghosted work arrays; u: the last velocity */
   double            *scratch; /* owned: 4 n */
   double            *line;    /* work of the advection */
-  char              *inside;  /* ghosted: layer inside a sphere, 0 outside */
+  char              *inside;  /* ghosted: layer inside a sphere (inside.c), 0 outside */
   PetscInt           n_near, near_capacity;
   DLMNearNode       *near;
   PetscReal          stress_offset; /* the stress counts from a + stress_offset h on; 0: everywhere, inside the spheres too */
@@ -62,9 +62,25 @@ struct _p_DLMPolymer {
   PetscBool          kept_moves;
 };
 
+/* Node of an owned index: counted in the whole mesh. */
+static inline void DLMPolymerNode(DLMPolymer p, PetscInt own, PetscInt node[3])
+{
+  const DLMPolymerBlock *b = &p->block;
+
+  node[0] = b->start[0] + own % b->width[0];
+  node[1] = b->start[1] + own / b->width[0] % b->width[1];
+  node[2] = b->start[2] + own / b->width[0] / b->width[1];
+}
+
 /* The lines of owned nodes: calls visit(polymer, place class, owned index, ghosted index, nodes, context) for runs of one class along x1. */
 typedef void (*DLMLineVisit)(DLMPolymer polymer, const DLMKuhnRow *row, PetscInt own, PetscInt ghost, PetscInt n, PetscBool wall, void *context);
 PETSC_INTERN void DLMPolymerLines(DLMPolymer polymer, DLMLineVisit visit, void *context);
+/*
+  surface.c: visits every ghosted node, at i[3] of the ghosted arrays, whose distance from a sphere's surface (negative inside) is below reach, once for
+  each such sphere.
+*/
+typedef PetscErrorCode (*DLMNearVisit)(DLMPolymer polymer, const PetscInt i[3], PetscReal distance);
+PETSC_INTERN PetscErrorCode DLMPolymerVisitNear(DLMPolymer polymer, PetscReal reach, DLMNearVisit visit);
 /* surface.c: finds the nodes near the spheres' present surfaces; weighs the owned planar tensor T by their fluid part. */
 PETSC_INTERN PetscErrorCode DLMPolymerFindNear(DLMPolymer polymer);
 PETSC_INTERN void           DLMPolymerWeighStress(DLMPolymer polymer, double *const T[6]);

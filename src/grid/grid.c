@@ -56,15 +56,25 @@ static PetscErrorCode ShareAxis(DLMGrid grid, int d, PetscInt *coarse, PetscInt 
   PetscFunctionReturn(0);
 }
 
-static PetscErrorCode CreateDM(DLMGrid grid, const PetscInt nodes[3], PetscInt dof, PetscInt width, PetscInt *const share[3], DM *dm)
+static PetscErrorCode CreateDM(DLMGrid grid, const PetscInt nodes[3], PetscInt dof, DMDAStencilType stencil, PetscInt width, const PetscInt *const share[3], DM *dm)
 {
   DMBoundaryType boundary[3];
 
   PetscFunctionBeginUser;
   for (int d = 0; d < 3; d++) boundary[d] = grid->periodic[d] ? DM_BOUNDARY_PERIODIC : DM_BOUNDARY_NONE;
-  PetscCall(DMDACreate3d(grid->comm, boundary[0], boundary[1], boundary[2], DMDA_STENCIL_BOX, nodes[0], nodes[1], nodes[2],
+  PetscCall(DMDACreate3d(grid->comm, boundary[0], boundary[1], boundary[2], stencil, nodes[0], nodes[1], nodes[2],
                          grid->processes[0], grid->processes[1], grid->processes[2], dof, width, share[0], share[1], share[2], dm));
   PetscCall(DMSetUp(*dm));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMGridCreateDM(DLMGrid grid, PetscInt dof, DMDAStencilType stencil, PetscInt width, DM *dm)
+{
+  const PetscInt *share[3];
+
+  PetscFunctionBegin;
+  PetscCall(DMDAGetOwnershipRanges(grid->velocity, &share[0], &share[1], &share[2]));
+  PetscCall(CreateDM(grid, grid->nodes, dof, stencil, width, share, dm));
   PetscFunctionReturn(0);
 }
 
@@ -78,8 +88,8 @@ static PetscErrorCode CreateDMs(DLMGrid grid)
     PetscCall(PetscMalloc2(grid->processes[d], &coarse[d], grid->processes[d], &fine[d]));
     PetscCall(ShareAxis(grid, d, coarse[d], fine[d]));
   }
-  PetscCall(CreateDM(grid, grid->nodes, 3, 2, fine, &grid->velocity));
-  PetscCall(CreateDM(grid, coarse_nodes, 1, 1, coarse, &grid->pressure));
+  PetscCall(CreateDM(grid, grid->nodes, 3, DMDA_STENCIL_BOX, 2, (const PetscInt *const *)fine, &grid->velocity));
+  PetscCall(CreateDM(grid, coarse_nodes, 1, DMDA_STENCIL_BOX, 1, (const PetscInt *const *)coarse, &grid->pressure));
   PetscCall(PetscObjectSetName((PetscObject)grid->velocity, "velocity"));
   PetscCall(PetscObjectSetName((PetscObject)grid->pressure, "pressure"));
   for (int c = 0; c < 3; c++) {

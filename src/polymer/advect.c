@@ -11,15 +11,6 @@ typedef struct {
   PetscReal tau;
 } Substep;
 
-static void NodeOf(DLMPolymer p, PetscInt own, PetscInt node[3])
-{
-  const DLMPolymerBlock *b = &p->block;
-
-  node[0] = b->start[0] + own % b->width[0];
-  node[1] = b->start[1] + (own / b->width[0]) % b->width[1];
-  node[2] = b->start[2] + own / (b->width[0] * b->width[1]);
-}
-
 /* Velocity of the fluid through a wall of axis d into the box, as the scene has it: the velocity itself may hold rounding there. */
 static double Inward(DLMPolymer p, int d, PetscInt node)
 {
@@ -36,7 +27,7 @@ static double Outflow(DLMPolymer p, PetscInt own)
   PetscInt node[3];
   double   sum = 0.0;
 
-  NodeOf(p, own, node);
+  DLMPolymerNode(p, own, node);
   for (int d = 0; d < 3; d++) sum += PetscMax(0.0, -Inward(p, d, node[d])) / p->grid->h;
   return sum;
 }
@@ -105,7 +96,7 @@ static void InflowVisit(DLMPolymer p, const DLMKuhnRow *row, PetscInt own, Petsc
   PetscInt       node[3];
 
   if (!wall) return;
-  NodeOf(p, own, node);
+  DLMPolymerNode(p, own, node);
   for (int d = 0; d < 3; d++)
     for (int k = 0; k < 6 && Inward(p, d, node[d]) > 0.0; k++)
       for (PetscInt x = 0; x < n; x++) phi[k][own + x] = k < 3 ? unit : 0.0;
@@ -123,7 +114,7 @@ static void WallRateVisit(DLMPolymer p, const DLMKuhnRow *row, PetscInt own, Pet
   long     in;
 
   if (!wall) return;
-  NodeOf(p, own, node);
+  DLMPolymerNode(p, own, node);
   for (int d = 0; d < 3; d++) {
     if (p->grid->periodic[d] || (node[d] != 0 && node[d] != p->grid->cells[d])) continue;
     if (Inward(p, d, node[d]) != 0.0) return;
@@ -168,12 +159,11 @@ enum { MOST_SUBSTEPS = 1000 }; /* an interval that needs more has lost its flow 
 /* An owned node of the largest speed, or -1. */
 static long FastestNode(DLMPolymer p)
 {
-  const DLMPolymerBlock *b = &p->block;
-
-  for (PetscInt x = 0; x < b->n; x++) {
-    const PetscInt i[3] = { x % b->width[0], (x / b->width[0]) % b->width[1], x / (b->width[0] * b->width[1]) };
-    long           at   = 0;
-    for (int d = 0; d < 3; d++) at += b->stride[d] * (b->start[d] - b->ghost_start[d] + i[d]);
+  for (PetscInt x = 0; x < p->block.n; x++) {
+    PetscInt node[3];
+    long     at = 0;
+    DLMPolymerNode(p, x, node);
+    for (int d = 0; d < 3; d++) at += p->block.stride[d] * (node[d] - p->block.ghost_start[d]);
     if (PetscAbsReal(p->u[0][at]) + PetscAbsReal(p->u[1][at]) + PetscAbsReal(p->u[2][at]) >= p->largest_speed) return x;
   }
   return -1;

@@ -50,21 +50,6 @@ PetscErrorCode DLMPolymerCheckIn(DLMPolymer p)
   PetscFunctionReturn(0);
 }
 
-/* A scalar DMDA that shares the nodes as the velocity does. */
-static PetscErrorCode CreateScalarDM(DLMGrid grid, DM *dm)
-{
-  DMBoundaryType  boundary[3];
-  const PetscInt *share[3];
-
-  PetscFunctionBegin;
-  for (int d = 0; d < 3; d++) boundary[d] = grid->periodic[d] ? DM_BOUNDARY_PERIODIC : DM_BOUNDARY_NONE;
-  PetscCall(DMDAGetOwnershipRanges(grid->velocity, &share[0], &share[1], &share[2]));
-  PetscCall(DMDACreate3d(grid->comm, boundary[0], boundary[1], boundary[2], DMDA_STENCIL_BOX, grid->nodes[0], grid->nodes[1], grid->nodes[2],
-                         grid->processes[0], grid->processes[1], grid->processes[2], 1, 1, share[0], share[1], share[2], dm));
-  PetscCall(DMSetUp(*dm));
-  PetscFunctionReturn(0);
-}
-
 static PetscErrorCode FillBlock(DLMPolymer p)
 {
   DLMPolymerBlock *b = &p->block;
@@ -132,7 +117,7 @@ PetscErrorCode DLMPolymerCreate(DLMGrid grid, DLMSpheres spheres, const DLMScene
   p->spheres = spheres;
   p->scene   = scene;
   p->model   = DLMRheologyFind(scene->fluid_model);
-  PetscCall(CreateScalarDM(grid, &p->dm));
+  PetscCall(DLMGridCreateDM(grid, 1, DMDA_STENCIL_BOX, 1, &p->dm));
   PetscCall(FillBlock(p));
   DLMKuhnRowsFill(grid->h, p->rows);
   p->stress_offset = scene->polymer_stress_offset;
@@ -159,7 +144,7 @@ PetscErrorCode DLMPolymerDestroy(DLMPolymer *pointer)
   PetscCall(VecDestroy(&p->owned));
   PetscCall(VecDestroy(&p->local));
   PetscCall(DMDestroy(&p->dm));
-  free(p->near);
+  PetscCall(PetscFree(p->near));
   PetscCall(PetscFree6(p->gradient[0], p->gradient[1], p->ghosted, p->scratch, p->line, p->inside));
   PetscCall(PetscFree(*pointer));
   PetscFunctionReturn(0);

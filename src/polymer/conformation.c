@@ -51,14 +51,6 @@ PetscErrorCode DLMPolymerStretch(DLMPolymer p, PetscReal dt, PetscInt order)
   PetscFunctionReturn(0);
 }
 
-static void NodePosition(DLMPolymer p, PetscInt x, PetscReal place[3])
-{
-  const DLMPolymerBlock *b = &p->block;
-  const PetscInt         i[3] = { x % b->width[0], (x / b->width[0]) % b->width[1], x / (b->width[0] * b->width[1]) };
-
-  for (int d = 0; d < 3; d++) place[d] = p->grid->lower[d] + p->grid->h * (b->start[d] + i[d]);
-}
-
 /* The least value over ranks and the position that goes with it. */
 static PetscErrorCode ReduceLeast(DLMPolymer p, PetscReal value, PetscInt node, PetscReal *least, PetscReal place[3])
 {
@@ -67,14 +59,16 @@ static PetscErrorCode ReduceLeast(DLMPolymer p, PetscReal value, PetscInt node, 
     int    rank;
   } mine;
   PetscMPIInt rank;
+  PetscInt    i[3];
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(p->grid->comm, &rank));
+  DLMPolymerNode(p, node, i);
+  for (int d = 0; d < 3; d++) place[d] = p->grid->lower[d] + p->grid->h * i[d];
   mine.value = PetscIsInfOrNanReal(value) ? -PETSC_MAX_REAL : value; /* what is not finite wins */
   mine.rank  = rank;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &mine, 1, MPI_DOUBLE_INT, MPI_MINLOC, p->grid->comm));
   *least = mine.value;
-  if (mine.rank == rank) NodePosition(p, node, place);
   PetscCallMPI(MPI_Bcast(place, 3, MPIU_REAL, mine.rank, p->grid->comm));
   PetscFunctionReturn(0);
 }

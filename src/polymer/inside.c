@@ -1,41 +1,22 @@
 #include "../../include/private/polymerimpl.h"
 
 /*
-  Marks ghosted nodes inside the spheres: 1 in the layer of depth h below the surface, 2 in the next one, 3 deeper; 0 outside. Under the extend rule the surface is
-  where the stress begins to count (surface.c): C of nodes whose stress counts for nothing must not run free. A node in two spheres takes the deeper mark.
+  How far outside a surface the inside begins. Under the extend rule that is where the stress begins to count (surface.c): C of nodes whose stress counts
+  for nothing must not run free.
 */
-static PetscErrorCode MarkInside(DLMPolymer p)
+static PetscReal Rim(DLMPolymer p)
 {
-  const DLMPolymerBlock *b = &p->block;
-  const PetscReal        h = p->grid->h;
-  DLMSphereState        *state;
-  PetscInt               n;
+  return p->scene->polymer_inside == DLM_INSIDE_EXTEND ? PetscMax(0.0, p->stress_offset - 0.5) * p->grid->h : 0.0;
+}
 
-  PetscFunctionBegin;
-  PetscCall(PetscArrayzero(p->inside, b->n_ghosted));
-  PetscCall(DLMSpheresGetStates(p->spheres, &n, &state));
-  for (PetscInt s = 0; s < n; s++) {
-    const PetscReal a = p->scene->spheres[s].radius + (p->scene->polymer_inside == DLM_INSIDE_EXTEND && p->stress_offset > 0.5 ? (p->stress_offset - 0.5) * h : 0.0);
-    for (PetscInt k = 0; k < b->ghost_width[2]; k++)
-      for (PetscInt j = 0; j < b->ghost_width[1]; j++) {
-        const PetscInt node[3] = { b->ghost_start[0], b->ghost_start[1] + j, b->ghost_start[2] + k };
-        PetscReal      x[3];
-        for (int d = 0; d < 3; d++) {
-          x[d] = p->grid->lower[d] + h * node[d] - state[s].center[d];
-          if (p->grid->periodic[d] && d > 0) x[d] -= p->scene->box_size[d] * PetscFloorReal(0.5 + x[d] / p->scene->box_size[d]);
-        }
-        if (x[1] * x[1] + x[2] * x[2] >= a * a) continue;
-        for (PetscInt i = 0; i < b->ghost_width[0]; i++) {
-          PetscReal y = x[0] + h * i, depth;
-          if (p->grid->periodic[0]) y -= p->scene->box_size[0] * PetscFloorReal(0.5 + y / p->scene->box_size[0]);
-          depth = a - PetscSqrtReal(y * y + x[1] * x[1] + x[2] * x[2]);
-          if (depth <= 0.0) continue;
-          char *mark = &p->inside[i + b->stride[1] * j + b->stride[2] * k];
-          *mark      = (char)PetscMax(*mark, (int)PetscMin(3.0, 1.0 + PetscFloorReal(depth / h)));
-        }
-      }
-  }
-  PetscFunctionReturn(0);
+/* 1 in the layer of depth h below the rim, 2 in the next one, 3 deeper; a node in two spheres takes the deeper mark. */
+static PetscErrorCode Mark(DLMPolymer p, const PetscInt i[3], PetscReal distance)
+{
+  char     *mark  = &p->inside[i[0] + p->block.stride[1] * i[1] + p->block.stride[2] * i[2]];
+  const int layer = 1 + (int)PetscMin(2.0, (Rim(p) - distance) / p->grid->h);
+
+  *mark = (char)PetscMax(*mark, layer);
+  return 0;
 }
 
 /* A tensor field and the layer that is filled, or the least one that is reset. */
@@ -89,7 +70,8 @@ PetscErrorCode DLMPolymerSetInside(DLMPolymer p)
   PetscFunctionBeginUser;
   PetscCall(DLMPolymerFindNear(p));
   if (!p->spheres || rule == DLM_INSIDE_EVOLVE) PetscFunctionReturn(0);
-  PetscCall(MarkInside(p));
+  PetscCall(PetscArrayzero(p->inside, p->block.n_ghosted));
+  PetscCall(DLMPolymerVisitNear(p, Rim(p), Mark));
   PetscCall(DLMPolymerCheckOut(p));
   DLMPolymerLines(p, ResetVisit, &(Layer){ p->c, rule == DLM_INSIDE_IDENTITY ? 1 : 3 });
   if (rule == DLM_INSIDE_EXTEND) PetscCall(Extend(p));

@@ -1,52 +1,60 @@
 #include "../../include/private/polymerimpl.h"
 
+PetscErrorCode DLMPolymerVisitNear(DLMPolymer p, PetscReal reach, DLMNearVisit visit)
+{
+  const DLMPolymerBlock *b      = &p->block;
+  const PetscReal       *period = p->scene->box_size;
+  DLMSphereState        *state;
+  PetscInt               n, i[3];
+
+  PetscFunctionBegin;
+  PetscCall(DLMSpheresGetStates(p->spheres, &n, &state));
+  for (PetscInt s = 0; s < n; s++) {
+    const PetscReal a = p->scene->spheres[s].radius;
+    PetscReal       square[3] = { 0.0 }; /* of the distance along x3; x2 and x3; all */
+    for (i[2] = 0; i[2] < b->ghost_width[2]; i[2]++)
+      for (i[1] = 0; i[1] < b->ghost_width[1]; i[1]++)
+        for (i[0] = 0; i[0] < b->ghost_width[0]; i[0]++) {
+          for (int d = i[0] ? 0 : 2; d >= 0; d--) {
+            PetscReal x = p->grid->lower[d] + p->grid->h * (b->ghost_start[d] + i[d]) - state[s].center[d];
+            if (p->grid->periodic[d]) x -= period[d] * PetscFloorReal(0.5 + x / period[d]);
+            square[d] = x * x + (d < 2 ? square[d + 1] : 0.0);
+          }
+          if (square[1] >= (a + reach) * (a + reach)) break; /* the whole line is too far */
+          if (square[0] < (a + reach) * (a + reach)) PetscCall(visit(p, i, PetscSqrtReal(square[0]) - a));
+        }
+  }
+  PetscFunctionReturn(0);
+}
+
 /*
   Fluid part of a node near a sphere (docs/theory.md, V7): 1/2 + y/h - stress_offset between 0 and 1, y its distance from the surface. The extra stress
   counts with this part; force and gradient stay adjoint under the masses that it leaves. The kink of the velocity at the surface is smeared over about a
   mesh width, so stresses that are quadratic in the gradient have a radius of their own, as drag and torque have.
 */
-static void AddLine(DLMPolymer p, PetscReal x, PetscReal rest, PetscReal a, PetscInt own)
+static PetscErrorCode AddNear(DLMPolymer p, const PetscInt i[3], PetscReal distance)
 {
-  const PetscReal h = p->grid->h, offset = p->stress_offset;
+  const DLMPolymerBlock *b = &p->block;
+  PetscInt               own[3];
 
-  for (PetscInt i = 0; i < p->block.width[0]; i++) {
-    PetscReal y = x + h * i, part;
-    if (p->grid->periodic[0]) y -= p->scene->box_size[0] * PetscFloorReal(0.5 + y / p->scene->box_size[0]);
-    part = 0.5 - offset + (PetscSqrtReal(y * y + rest) - a) / h;
-    if (part >= 1.0) continue;
-    if (p->n_near == p->near_capacity) {
-      p->near_capacity = 2 * p->near_capacity + 1024;
-      p->near          = realloc(p->near, (size_t)p->near_capacity * sizeof(*p->near));
-    }
-    p->near[p->n_near++] = (DLMNearNode){ own + i, PetscMax(0.0, part) };
+  PetscFunctionBegin;
+  for (int d = 0; d < 3; d++) {
+    own[d] = b->ghost_start[d] + i[d] - b->start[d];
+    if (own[d] < 0 || own[d] >= b->width[d]) PetscFunctionReturn(0);
   }
+  if (p->n_near == p->near_capacity) {
+    p->near_capacity = 2 * p->near_capacity + 1024;
+    PetscCall(PetscRealloc(p->near_capacity * sizeof(*p->near), &p->near));
+  }
+  p->near[p->n_near++] = (DLMNearNode){ own[0] + b->width[0] * (own[1] + b->width[1] * own[2]), PetscMax(0.0, 0.5 - p->stress_offset + distance / p->grid->h) };
+  PetscFunctionReturn(0);
 }
 
 PetscErrorCode DLMPolymerFindNear(DLMPolymer p)
 {
-  const DLMPolymerBlock *b = &p->block;
-  const PetscReal        h = p->grid->h;
-  DLMSphereState        *state;
-  PetscInt               n;
-
   PetscFunctionBegin;
   p->n_near = 0;
-  if (!p->spheres || p->stress_offset == 0.0) PetscFunctionReturn(0);
-  PetscCall(DLMSpheresGetStates(p->spheres, &n, &state));
-  for (PetscInt s = 0; s < n; s++) {
-    const PetscReal a = p->scene->spheres[s].radius, reach = a + (0.5 + p->stress_offset) * h;
-    for (PetscInt k = 0; k < b->width[2]; k++)
-      for (PetscInt j = 0; j < b->width[1]; j++) {
-        const PetscInt node[3] = { b->start[0], b->start[1] + j, b->start[2] + k };
-        PetscReal      x[3];
-        for (int d = 0; d < 3; d++) {
-          x[d] = p->grid->lower[d] + h * node[d] - state[s].center[d];
-          if (p->grid->periodic[d] && d > 0) x[d] -= p->scene->box_size[d] * PetscFloorReal(0.5 + x[d] / p->scene->box_size[d]);
-        }
-        const PetscReal rest = x[1] * x[1] + x[2] * x[2];
-        if (rest < reach * reach) AddLine(p, x[0], rest, a, b->width[0] * (j + b->width[1] * k));
-      }
-  }
+  if (p->spheres && p->stress_offset > 0.0) PetscCall(DLMPolymerVisitNear(p, (0.5 + p->stress_offset) * p->grid->h, AddNear));
   PetscFunctionReturn(0);
 }
 

@@ -71,21 +71,6 @@ static PetscErrorCode ViscousGetDiagonal(Mat mat, Vec diagonal)
   PetscFunctionReturn(0);
 }
 
-/* A DMDA like the velocity's with the star stencil of A: it serves the assembled matrix and its multigrid. */
-static PetscErrorCode CreateStarDM(DLMGrid grid, DM *dm)
-{
-  DMBoundaryType  boundary[3];
-  const PetscInt *share[3];
-
-  PetscFunctionBeginUser;
-  for (int d = 0; d < 3; d++) boundary[d] = grid->periodic[d] ? DM_BOUNDARY_PERIODIC : DM_BOUNDARY_NONE;
-  PetscCall(DMDAGetOwnershipRanges(grid->velocity, &share[0], &share[1], &share[2]));
-  PetscCall(DMDACreate3d(grid->comm, boundary[0], boundary[1], boundary[2], DMDA_STENCIL_STAR, grid->nodes[0], grid->nodes[1], grid->nodes[2],
-                         grid->processes[0], grid->processes[1], grid->processes[2], 3, 1, share[0], share[1], share[2], dm));
-  PetscCall(DMSetUp(*dm));
-  PetscFunctionReturn(0);
-}
-
 /* Seven entries a row; DMCreateMatrix would couple the components or ask for a colouring. */
 static PetscErrorCode CreateStarMatrix(DM dm, PetscInt n, Mat *A)
 {
@@ -134,7 +119,7 @@ static PetscErrorCode AssembleViscous(DLMStokes stokes)
   PetscInt start[3], width[3], i[3];
 
   PetscFunctionBeginUser;
-  PetscCall(CreateStarDM(stokes->grid, &stokes->viscous_dm));
+  PetscCall(DLMGridCreateDM(stokes->grid, 3, DMDA_STENCIL_STAR, 1, &stokes->viscous_dm)); /* serves the matrix and its multigrid */
   PetscCall(CreateStarMatrix(stokes->viscous_dm, stokes->n_u, &stokes->A));
   PetscCall(DMDAGetCorners(stokes->viscous_dm, &start[0], &start[1], &start[2], &width[0], &width[1], &width[2]));
   for (i[2] = start[2]; i[2] < start[2] + width[2]; i[2]++)
