@@ -27,8 +27,8 @@ typedef struct {
   Vec       force_now, force_before; /* extra force at the last two moments, in the layout of a velocity; borrowed */
   PetscReal time_now, time_before;   /* those moments */
   PetscInt  n_forces;                /* how many of the two are known */
-  PetscReal velocity_time;           /* the last velocity's, if one is known */
-  PetscBool moves;                   /* one is */
+  PetscReal velocity_time, velocity_time_before; /* those of the last velocities */
+  PetscInt  n_velocities;            /* how many of the two are known */
   PetscInt  mirror;                  /* which way the last advection cut the cubes */
 } DLMPolymerState;
 
@@ -57,11 +57,13 @@ PETSC_EXTERN PetscErrorCode DLMPolymerGetHealth(DLMPolymer polymer, DLMPolymerHe
 PETSC_EXTERN PetscErrorCode DLMPolymerKeep(DLMPolymer polymer);
 PETSC_EXTERN PetscErrorCode DLMPolymerBringBack(DLMPolymer polymer);
 /*
-  For checkpoints. The vectors of GetState may be written to; SetState then takes the numbers. C and, if one was known, the velocity follow by
-  DLMPolymerGetConformation and DLMPolymerSetVelocity.
+  For checkpoints. The vectors of GetState may be written to; SetState then takes the numbers, the rate of deformation D of the velocity before the last one
+  (laid out like C; read if two velocities are known) and the last velocity (as for SetVelocity; read if one is known). C follows by
+  DLMPolymerGetConformation. Collective.
 */
 PETSC_EXTERN PetscErrorCode DLMPolymerGetState(DLMPolymer polymer, DLMPolymerState *state);
-PETSC_EXTERN PetscErrorCode DLMPolymerSetState(DLMPolymer polymer, const DLMPolymerState *state);
+PETSC_EXTERN PetscErrorCode DLMPolymerGetRateBefore(DLMPolymer polymer, Vec rate);
+PETSC_EXTERN PetscErrorCode DLMPolymerSetState(DLMPolymer polymer, const DLMPolymerState *state, Vec rate_before, Vec velocity);
 /* Stress work f.u of a velocity that vanishes on the walls, and minus stretching sum_a m_a tau_a : grad u_a. Equal to rounding. Collective. */
 PETSC_EXTERN PetscErrorCode DLMPolymerGetWork(DLMPolymer polymer, Vec u, PetscReal *stress_work, PetscReal *stretching);
 #endif

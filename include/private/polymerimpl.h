@@ -3,6 +3,7 @@
 
 #include "../dlmpolymer.h"
 #include "gridimpl.h"
+#include "lag.h"
 #include "rheology.h"
 #include "stressgrad.h"
 #include "tensor.h"
@@ -51,15 +52,15 @@ struct _p_DLMPolymer {
   DLMNearNode       *near;
   PetscReal          stress_offset; /* the stress counts from a + stress_offset h on; 0: everywhere, inside the spheres too */
   int                mirror;  /* which of the four ways to cut the cubes the last advection took */
-  PetscReal          velocity_time;
-  PetscBool          moves;   /* a velocity is known */
+  PetscInt           n_velocities; /* how many of the gradients in the two buffers are known */
+  PetscReal          velocity_time, velocity_time_before; /* those of the last velocity and of the one of the step before */
   PetscReal          largest_speed; /* |u1| + |u2| + |u3| */
   DLMForceHistory    force;
   DLMPolymerHealth   health;
   Vec                kept_C; /* of the start of the step, like what follows */
   DLMForceHistory    kept_force;
-  PetscReal          kept_time;
-  PetscBool          kept_moves;
+  PetscReal          kept_time, kept_time_before, kept_trace;
+  PetscInt           kept_velocities;
 };
 
 /* Node of an owned index: counted in the whole mesh. */
@@ -71,6 +72,9 @@ static inline void DLMPolymerNode(DLMPolymer p, PetscInt own, PetscInt node[3])
   node[1] = b->start[1] + own / b->width[0] % b->width[1];
   node[2] = b->start[2] + own / b->width[0] / b->width[1];
 }
+
+/* Entries of the gradient whose sum is 2 D, in the order of C. */
+static const int DLMEntryIJ[6] = { 0, 4, 8, 1, 2, 5 }, DLMEntryJI[6] = { 0, 4, 8, 3, 6, 7 };
 
 /* The lines of owned nodes: calls visit(polymer, place class, owned index, ghosted index, nodes, context) for runs of one class along x1. */
 typedef void (*DLMLineVisit)(DLMPolymer polymer, const DLMKuhnRow *row, PetscInt own, PetscInt ghost, PetscInt n, PetscBool wall, void *context);

@@ -160,47 +160,53 @@ static PetscErrorCode Interleave(Vec C, Vec nodal, PetscBool back)
   PetscFunctionReturn(0);
 }
 
-static PetscErrorCode MoveConformation(DLMCheckpointFile *file, DLMSimulation sim, DM velocity)
+/* A symmetric tensor of the polymer's layout. */
+static PetscErrorCode MoveTensor(DLMCheckpointFile *file, const char *name, DM velocity, Vec tensor)
 {
   DM  dm;
-  Vec C, nodal;
+  Vec nodal;
 
   PetscFunctionBegin;
-  PetscCall(DLMPolymerGetConformation(sim->polymer, &C));
   PetscCall(DMDACreateCompatibleDMDA(velocity, 6, &dm));
   PetscCall(DMCreateGlobalVector(dm, &nodal));
-  if (file->writing) PetscCall(Interleave(C, nodal, PETSC_FALSE));
-  PetscCall(DLMCheckpointField(file, "polymer/conformation", dm, nodal));
-  if (!file->writing) PetscCall(Interleave(C, nodal, PETSC_TRUE));
+  if (file->writing) PetscCall(Interleave(tensor, nodal, PETSC_FALSE));
+  PetscCall(DLMCheckpointField(file, name, dm, nodal));
+  if (!file->writing) PetscCall(Interleave(tensor, nodal, PETSC_TRUE));
   PetscCall(VecDestroy(&nodal));
   PetscCall(DMDestroy(&dm));
   PetscFunctionReturn(0);
 }
 
-/* The gradient follows from the velocity, which has to be there already. */
+/* The last gradient follows from the velocity, which has to be there already. */
 static PetscErrorCode MovePolymer(DLMCheckpointFile *file, DLMSimulation sim)
 {
   DLMPolymerState state;
   DM              velocity;
-  Vec             x;
+  Vec             x, C, rate;
 
   PetscFunctionBegin;
   if (!sim->polymer) PetscFunctionReturn(0);
   PetscCall(DLMGridGetDMs(sim->grid, &velocity, NULL));
   PetscCall(DLMPolymerGetState(sim->polymer, &state));
-  PetscCall(MoveConformation(file, sim, velocity));
+  PetscCall(DLMPolymerGetConformation(sim->polymer, &C));
+  PetscCall(VecDuplicate(C, &rate));
+  PetscCall(MoveTensor(file, "polymer/conformation", velocity, C));
   PetscCall(DLMCheckpointInts(file, "polymer/n_forces", 1, &state.n_forces));
   PetscCall(DLMCheckpointReals(file, "polymer/time_now", 1, &state.time_now));
   PetscCall(DLMCheckpointReals(file, "polymer/time_before", 1, &state.time_before));
+  PetscCall(DLMCheckpointInts(file, "polymer/n_velocities", 1, &state.n_velocities));
   PetscCall(DLMCheckpointReals(file, "polymer/velocity_time", 1, &state.velocity_time));
-  PetscCall(DLMCheckpointBool(file, "polymer/moves", &state.moves));
+  PetscCall(DLMCheckpointReals(file, "polymer/velocity_time_before", 1, &state.velocity_time_before));
   PetscCall(DLMCheckpointInts(file, "polymer/mirror", 1, &state.mirror));
   if (state.n_forces > 0) PetscCall(MoveVec(file, "polymer/force_now", velocity, state.force_now));
   if (state.n_forces > 1) PetscCall(MoveVec(file, "polymer/force_before", velocity, state.force_before));
-  if (file->writing) PetscFunctionReturn(0);
-  PetscCall(DLMPolymerSetState(sim->polymer, &state));
-  PetscCall(DLMSaddleGetFluid(sim->saddle, &x));
-  if (state.moves) PetscCall(DLMPolymerSetVelocity(sim->polymer, state.velocity_time, x));
+  if (state.n_velocities > 1 && file->writing) PetscCall(DLMPolymerGetRateBefore(sim->polymer, rate));
+  if (state.n_velocities > 1) PetscCall(MoveTensor(file, "polymer/rate_before", velocity, rate));
+  if (!file->writing) {
+    PetscCall(DLMSaddleGetFluid(sim->saddle, &x));
+    PetscCall(DLMPolymerSetState(sim->polymer, &state, rate, x));
+  }
+  PetscCall(VecDestroy(&rate));
   PetscFunctionReturn(0);
 }
 

@@ -176,7 +176,7 @@ PetscErrorCode DLMPolymerAdvect(DLMPolymer p, PetscReal dt)
   long            bad;
 
   PetscFunctionBeginUser;
-  if (!p->moves || !p->health.sound) PetscFunctionReturn(0);
+  if (!p->n_velocities || !p->health.sound) PetscFunctionReturn(0);
   p->health.courant = p->largest_speed * dt / p->grid->h;
   needed            = PetscCeilReal(p->health.courant / p->scene->polymer_courant - 1e-9);
   if (!(needed <= MOST_SUBSTEPS)) {

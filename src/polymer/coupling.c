@@ -46,11 +46,14 @@ PetscErrorCode DLMPolymerSetVelocity(DLMPolymer p, PetscReal time, Vec x)
 {
   PetscFunctionBeginUser;
   PetscCall(TakeVelocity(p, x));
-  if (!p->fresh) DLMPolymerTurnGradient(p);
+  if (!p->fresh) {
+    DLMPolymerTurnGradient(p);
+    p->velocity_time_before = p->velocity_time;
+    p->n_velocities         = PetscMin(2, p->n_velocities + 1);
+  }
   p->fresh = PETSC_TRUE;
   DLMPolymerLines(p, GradientVisit, NULL);
   p->velocity_time = time;
-  p->moves         = PETSC_TRUE;
   PetscFunctionReturn(0);
 }
 
@@ -96,7 +99,7 @@ static void Viscosities(DLMPolymer p, double *solvent, double *polymer)
   double *rate = p->scratch + 2 * (size_t)p->block.n, **g = p->g;
 
   for (PetscInt x = 0; x < p->block.n; x++)
-    rate[x] = p->moves ? PetscSqrtReal(2.0 * (g[0][x] * g[0][x] + g[4][x] * g[4][x] + g[8][x] * g[8][x]) + PetscSqr(g[1][x] + g[3][x]) + PetscSqr(g[2][x] + g[6][x]) +
+    rate[x] = p->n_velocities ? PetscSqrtReal(2.0 * (g[0][x] * g[0][x] + g[4][x] * g[4][x] + g[8][x] * g[8][x]) + PetscSqr(g[1][x] + g[3][x]) + PetscSqr(g[2][x] + g[6][x]) +
                                        PetscSqr(g[5][x] + g[7][x])) :
                          0.0;
   p->model->viscosity(p->scene, p->block.n, rate, solvent, polymer);
@@ -105,7 +108,7 @@ static void Viscosities(DLMPolymer p, double *solvent, double *polymer)
 /* The velocity's part of the force exists where the implicit operator does not hold the solvent's viscosity. */
 static PetscBool HasViscousForce(DLMPolymer p)
 {
-  return (PetscBool)(p->moves && (p->model->viscosity || p->scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES));
+  return (PetscBool)(p->n_velocities && (p->model->viscosity || p->scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES));
 }
 
 /* Makes room for the force of a moment; the same moment again replaces the newest one. */
@@ -122,24 +125,38 @@ static void Push(DLMForceHistory *h, PetscReal time)
   h->n           = PetscMin(2, h->n + 1);
 }
 
-/* Entries of the gradient that make up 2 D in the order of C. */
-static const int entry_ij[6] = { 0, 4, 8, 1, 2, 5 }, entry_ji[6] = { 0, 4, 8, 3, 6, 7 };
+/* 2 D of component k at a node: now (g + h) - then (g0 + h0), the last velocity's, extrapolated from the one before if ahead > 0. */
+typedef struct {
+  const double *g, *h, *g0, *h0;
+  double        now, then;
+} Rate;
+
+static Rate RateOf(DLMPolymer p, int k, double ahead)
+{
+  double *const before = p->gradient[1 - p->buffer];
+  Rate          rate   = { .g = p->g[DLMEntryIJ[k]], .h = p->g[DLMEntryJI[k]], .now = 1.0 + ahead, .then = ahead };
+
+  rate.g0 = ahead > 0.0 ? before + (size_t)DLMEntryIJ[k] * p->block.n : rate.g;
+  rate.h0 = ahead > 0.0 ? before + (size_t)DLMEntryJI[k] * p->block.n : rate.h;
+  return rate;
+}
 
 /* T <- (eta/lambda1)(C - I) + excess 2 D with constant viscosities; excess: solvent's less the implicit one. */
-static void ConstantStress(DLMPolymer p, double eta, double excess, double *const T[6])
+static void ConstantStress(DLMPolymer p, double eta, double excess, double ahead, double *const T[6])
 {
   const double elastic = eta / p->scene->relaxation_time;
 
   for (int k = 0; k < 6; k++) {
-    const double          unit = k < 3 ? elastic : 0.0;
-    const double *restrict c = p->c[k], *restrict g = p->g[entry_ij[k]], *restrict h = p->g[entry_ji[k]];
+    const Rate             rate = RateOf(p, k, ahead);
+    const double           unit = k < 3 ? elastic : 0.0, now = excess * rate.now, then = excess * rate.then;
+    const double *restrict c = p->c[k], *restrict g = rate.g, *restrict h = rate.h, *restrict g0 = rate.g0, *restrict h0 = rate.h0;
     double *restrict       t = T[k];
-    for (PetscInt x = 0; x < p->block.n; x++) t[x] = elastic * c[x] - unit + excess * (g[x] + h[x]);
+    for (PetscInt x = 0; x < p->block.n; x++) t[x] = elastic * c[x] - unit + now * (g[x] + h[x]) - then * (g0[x] + h0[x]);
   }
 }
 
 /* The same with viscosities and springs of the nodes: (eta/lambda1)(a C - b I) + 2 (mu - mu_implicit) D. */
-static void LocalStress(DLMPolymer p, PetscBool viscous, double *const T[6])
+static void LocalStress(DLMPolymer p, PetscBool viscous, double ahead, double *const T[6])
 {
   const PetscInt  n    = p->block.n;
   const PetscReal rate = 1.0 / p->scene->relaxation_time, implicit = p->scene->implicit_viscosity, part = p->scene->retardation_time * rate;
@@ -157,43 +174,61 @@ static void LocalStress(DLMPolymer p, PetscBool viscous, double *const T[6])
   }
   if (p->model->spring) p->model->spring(p->scene, n, trace, a, b);
   for (int k = 0; k < 6; k++) {
-    const double *c = p->c[k], *g = p->g[entry_ij[k]], *h = p->g[entry_ji[k]], unit = k < 3 ? 1.0 : 0.0;
-    for (PetscInt x = 0; x < n; x++) T[k][x] = rate * eta[x] * (a[x] * c[x] - unit * b[x]) + (viscous ? (mu[x] - implicit) * (g[x] + h[x]) : 0.0);
+    const Rate    r = RateOf(p, k, ahead);
+    const double *c = p->c[k], unit = k < 3 ? 1.0 : 0.0;
+    for (PetscInt x = 0; x < n; x++)
+      T[k][x] = rate * eta[x] * (a[x] * c[x] - unit * b[x]) + (viscous ? (mu[x] - implicit) * (r.now * (r.g[x] + r.h[x]) - r.then * (r.g0[x] + r.h0[x])) : 0.0);
   }
 }
 
-/* T <- what the stress of C holds beyond the implicit operator's part (docs/theory.md, V3) */
-static PetscErrorCode ExtraStress(DLMPolymer p, double *const T[6])
+/* T <- what the stress of C holds beyond the implicit operator's part; ahead: weight of the velocity's extrapolation (docs/theory.md, V3, V4) */
+static PetscErrorCode ExtraStress(DLMPolymer p, PetscReal ahead, double *const T[6])
 {
   const PetscReal mu = p->scene->fluid_viscosity * p->scene->retardation_time / p->scene->relaxation_time;
 
   PetscFunctionBegin;
   PetscCall(DLMPolymerCheckOut(p));
-  if (p->model->viscosity || p->model->spring) LocalStress(p, HasViscousForce(p), T);
-  else ConstantStress(p, p->scene->fluid_viscosity - mu, HasViscousForce(p) ? mu - p->scene->implicit_viscosity : 0.0, T);
+  if (p->model->viscosity || p->model->spring) LocalStress(p, HasViscousForce(p), ahead, T);
+  else ConstantStress(p, p->scene->fluid_viscosity - mu, HasViscousForce(p) ? mu - p->scene->implicit_viscosity : 0.0, ahead, T);
   PetscCall(DLMPolymerCheckIn(p));
   PetscFunctionReturn(0);
+}
+
+/* Weights of the differences to the step before that bring force and velocity to the middle of a step, damped where V4 asks for it. */
+static DLMLag LagOf(DLMPolymer p, PetscReal time, PetscReal target)
+{
+  const DLMScene        *s    = p->scene;
+  const DLMForceHistory *h    = &p->force;
+  const PetscReal        half = target - time, apart = p->velocity_time - p->velocity_time_before;
+  DLMLag                 lag  = { .force = 0.5 }, weight = { 0.0, 0.0 };
+
+  if (s->polymer_coupling == DLM_COUPLING_BOTH_SIDES) lag = DLMLagChoose(1.0 - s->retardation_time / s->relaxation_time, PetscMax(1.0, p->health.largest_trace - 2.0), 2.0 * half / s->relaxation_time);
+  if (p->model->viscosity && s->carreau_n != 1.0) lag.velocity = 0.0;
+  if (h->n == 2) weight.force = 2.0 * lag.force * half / (h->time_now - h->time_before);
+  if (p->n_velocities == 2 && lag.velocity > 0.0)
+    weight.velocity = PetscMax(0.0, lag.velocity / (1.0 - lag.force) * ((target - p->velocity_time) / apart - weight.force));
+  return weight;
 }
 
 PetscErrorCode DLMPolymerForce(DLMPolymer p, PetscReal time, PetscReal target, PetscInt order, Vec f)
 {
   DLMForceHistory *h = &p->force;
+  DLMLag           weight;
   double          *T[6];
 
   PetscFunctionBeginUser;
   for (int k = 0; k < 6; k++) T[k] = p->r[k];
-  PetscCall(ExtraStress(p, T));
   if (order < 2) {
+    PetscCall(ExtraStress(p, 0.0, T));
     PetscCall(Divergence(p, T, f));
     PetscFunctionReturn(0);
   }
   Push(h, time);
+  weight = LagOf(p, time, target);
+  PetscCall(ExtraStress(p, weight.velocity, T));
   PetscCall(Divergence(p, T, h->now));
-  /* with little solvent the extrapolation would hardly be damped (V4) */
-  const PetscReal damping = PetscMin(1.0, 8.0 * p->scene->retardation_time / p->scene->relaxation_time);
-  const PetscReal w       = h->n == 2 ? damping * (target - time) / (h->time_now - h->time_before) : 0.0;
   PetscCall(VecCopy(h->now, f));
-  if (w != 0.0) PetscCall(VecAXPBY(f, -w, 1.0 + w, h->before));
+  if (weight.force != 0.0) PetscCall(VecAXPBY(f, -weight.force, 1.0 + weight.force, h->before));
   PetscFunctionReturn(0);
 }
 
@@ -207,8 +242,8 @@ PetscErrorCode DLMPolymerGetWork(DLMPolymer p, Vec u, PetscReal *stress_work, Pe
   PetscFunctionBeginUser;
   for (int k = 0; k < 6; k++) T[k] = p->r[k];
   PetscCall(VecDuplicate(u, &f));
-  p->moves = PETSC_FALSE; /* the elastic stress alone */
-  PetscCall(ExtraStress(p, T));
+  p->n_velocities = 0; /* the elastic stress alone */
+  PetscCall(ExtraStress(p, 0.0, T));
   PetscCall(Divergence(p, T, f));
   PetscCall(VecDot(f, u, stress_work));
   PetscCall(DLMPolymerSetVelocity(p, p->velocity_time, u));
