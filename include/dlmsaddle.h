@@ -55,6 +55,8 @@ PETSC_EXTERN PetscErrorCode DLMSaddleDestroy(DLMSaddle *saddle);
 PETSC_EXTERN PetscErrorCode DLMSaddleSolve(DLMSaddle saddle, DLMInertia inertia, const PetscReal *force, const PetscReal *torque, Vec body_force);
 /* Velocity and pressure of the last solve, in the layout of DLMStokesCreateVec. Borrowed. */
 PETSC_EXTERN PetscErrorCode DLMSaddleGetFluid(DLMSaddle saddle, Vec *x);
+/* Relative tolerance of the next solves; the scene's saddle_rtol at first. */
+PETSC_EXTERN PetscErrorCode DLMSaddleSetTolerance(DLMSaddle saddle, PetscReal rtol);
 PETSC_EXTERN PetscErrorCode DLMSaddleGetWork(DLMSaddle saddle, DLMSaddleWork *work);
 PETSC_EXTERN PetscErrorCode DLMSaddleView(DLMSaddle saddle, PetscViewer viewer);
 /*

@@ -84,7 +84,7 @@ typedef struct {
   PetscReal contact_range;            /* rho; DLM_AUTO: h/8; 0: no repulsion */
   PetscReal contact_stiffness;        /* repulsion at touching (force); DLM_AUTO: from shear and buoyancy */
 
-  PetscReal ts_dt, ts_max_time;       /* read here for checks and reports; TS reads its own keys too */
+  PetscReal ts_dt, ts_max_time, ts_rtol; /* read here for checks and reports; TS reads its own keys too */
 
   PetscReal saddle_rtol;              /* tolerance of the bodies' solve */
   PetscReal saddle_cluster_gap;       /* spheres closer than this share one dense block; in h */

@@ -1,5 +1,5 @@
 # Scenes that must not depend on ranks, on the periodic face, on the frame of the walls or on the solver; orders of the splitting.
-foreach(group ranks crossing walls outputs)
+foreach(group ranks crossing walls outputs adapt)
   add_test(NAME scenes.${group} COMMAND ${DLM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenes/run_scenes.py ${group} $<TARGET_FILE:dlmfd> ${DLM_MPIRUN})
   set_tests_properties(scenes.${group} PROPERTIES LABELS scenes PROCESSORS 2 TIMEOUT 900)
 endforeach()

@@ -61,6 +61,7 @@ struct _p_DLMSaddle {
   DLMInertia      inertia;
   PetscBool       uzawa;          /* velocity | (pressure, bodies) instead of fluid | bodies */
   KSP             bodies_ksp;     /* borrowed from ksp */
+  PetscReal       rtol;           /* of the bodies' solve */
   Vec             lumped_mass;    /* Uzawa: -pressure mass / mu */
   KSP             ksp;            /* NULL before the first solve and after a change of layout */
   Mat             coupling, bodies; /* C = -J^T Q, E */

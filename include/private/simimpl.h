@@ -19,6 +19,14 @@ typedef struct {
   The mesh rides along periodic axes with the mean velocity of the walls: creeping flow does not know which wall moves, and so neither do the
   errors of the mesh. Objects below the simulation live in that frame; files and messages speak of the frame of the scene.
 */
+/* What adapt.c knows of the steps before: mean rates of what moves, over an interval; newest last, then room for the present step's. */
+typedef struct {
+  PetscBool  exists, own_rtol; /* -ts_adapt_type scene; the saddle's tolerance is the user's */
+  PetscInt   n, known;         /* rates; steps whose rates are known, at most 2 */
+  PetscReal *rate[3], interval[2];
+  PetscReal  mean[6];          /* of C at the end of the last step */
+} DLMAdaptState;
+
 struct _p_DLMSimulation {
   const DLMScene *scene;    /* as the user wrote it */
   DLMScene        riding;   /* the same in the frame of the mesh; owns its spheres */
@@ -38,6 +46,7 @@ struct _p_DLMSimulation {
   PetscReal       kept_velocity_time, kept_last_interval, kept_dt;
   Vec             kept_fluid;
   TS              ts;
+  DLMAdaptState   adapt;
   Vec             sphere_states, solution; /* solution: sphere states, nested with C if there is polymer; sphere states: centre, V, omega and those of the step before, 15 per sphere */
   PetscReal      *start;    /* centres at the start of the step, 3 per sphere */
   PetscReal      *force, *torque; /* on the spheres beside the fluid */
@@ -63,12 +72,23 @@ PETSC_INTERN PetscErrorCode DLMSimulationSolveFlow(DLMSimulation sim, PetscReal 
 PETSC_INTERN PetscErrorCode DLMSimulationCreatePolymer(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMSimulationDestroyPolymer(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMSimulationAddPolymerSubsteps(DLMSimulation sim);
-/* Prints a line if dt is beyond what the explicit coupling bears. Collective. */
+/* Largest dt that the explicit coupling bears; infinity if any. */
+PETSC_INTERN PetscReal DLMSimulationExplicitBound(DLMSimulation sim);
+/* Prints a line if dt is beyond it. Collective. */
 PETSC_INTERN PetscErrorCode DLMSimulationWarnOfTimeStep(DLMSimulation sim);
 /* keep.c */
 PETSC_INTERN PetscErrorCode DLMSimulationKeep(void *sim);
 PETSC_INTERN PetscErrorCode DLMSimulationBringBack(void *sim);
 PETSC_INTERN PetscErrorCode DLMSimulationGiveUp(void *sim);
+/*
+  adapt.c: the TSAdapt type `scene`. Create: after the TS has its options; Start: before the first step; SetTolerance: the saddle's, for a step dt that is
+  allowed -ts_rtol, unless -saddle_rtol is given. Collective.
+*/
+PETSC_INTERN PetscErrorCode DLMAdaptRegister(void);
+PETSC_INTERN PetscErrorCode DLMAdaptCreate(DLMSimulation sim);
+PETSC_INTERN PetscErrorCode DLMAdaptStart(DLMSimulation sim);
+PETSC_INTERN PetscErrorCode DLMAdaptSetTolerance(DLMSimulation sim, PetscReal dt);
+PETSC_INTERN PetscErrorCode DLMAdaptDestroy(DLMSimulation sim);
 /* stop.c: SIGTERM and SIGUSR1 end the run after the present step; StopCatch at its start, StopRelease at its end. */
 PETSC_INTERN PetscErrorCode DLMStopCatch(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMStopRelease(DLMSimulation sim);

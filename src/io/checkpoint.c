@@ -88,6 +88,22 @@ static PetscErrorCode MoveRun(DLMCheckpointFile *file, DLMSimulation sim, DLMRun
   PetscFunctionReturn(0);
 }
 
+/* What the choice of the next step needs; a run that begins to adapt its steps at a restart has none. */
+static PetscErrorCode MoveAdapt(DLMCheckpointFile *file, DLMSimulation sim)
+{
+  DLMAdaptState *a = &sim->adapt;
+  PetscInt       n = a->exists ? a->n : 0;
+
+  PetscFunctionBegin;
+  PetscCall(DLMCheckpointInts(file, "adapt/n", 1, &n));
+  if (n == 0 || !a->exists) PetscFunctionReturn(0);
+  PetscCall(DLMCheckpointInts(file, "adapt/known", 1, &a->known));
+  PetscCall(DLMCheckpointReals(file, "adapt/interval", 2, a->interval));
+  PetscCall(DLMCheckpointReals(file, "adapt/rate_before", n, a->rate[0]));
+  PetscCall(DLMCheckpointReals(file, "adapt/rate", n, a->rate[1]));
+  PetscFunctionReturn(0);
+}
+
 static PetscErrorCode MoveSpheres(DLMCheckpointFile *file, DLMSimulation sim)
 {
   DLMSphereState *state;
@@ -214,6 +230,7 @@ static PetscErrorCode MoveState(DLMCheckpointFile *file, DLMSimulation sim, DLMR
 {
   PetscFunctionBegin;
   PetscCall(MoveRun(file, sim, run));
+  PetscCall(MoveAdapt(file, sim));
   PetscCall(MoveSpheres(file, sim));
   PetscCall(MoveFluid(file, sim));
   PetscCall(MovePolymer(file, sim));

@@ -118,7 +118,7 @@ PetscErrorCode DLMSummaryWrite(DLMOutput output)
   const DLMScene *scene = sim->scene;
   PetscMPIInt     rank, size;
   PetscReal       time, divergence, memory;
-  PetscInt        steps, order, written = 1;
+  PetscInt        steps, rejected, order, written = 1;
   PetscLogDouble  now;
   const char     *scheme;
   char            path[PETSC_MAX_PATH_LEN];
@@ -129,6 +129,7 @@ PetscErrorCode DLMSummaryWrite(DLMOutput output)
   PetscCallMPI(MPI_Comm_size(scene->comm, &size));
   PetscCall(TSGetTime(sim->ts, &time));
   PetscCall(TSGetStepNumber(sim->ts, &steps));
+  PetscCall(TSGetStepRejections(sim->ts, &rejected));
   PetscCall(DLMSplitGetScheme(sim->ts, &scheme, &order));
   PetscCall(PetscTime(&now));
   PetscCall(LargestDivergence(sim, &divergence));
@@ -142,8 +143,8 @@ PetscErrorCode DLMSummaryWrite(DLMOutput output)
     if (file) {
       fprintf(file, "{\n  \"version\": \"%s\",\n", DLM_VERSION);
       WriteScene(file, sim);
-      fprintf(file, "  \"nodes\": %ld,\n  \"ranks\": %d,\n  \"scheme\": \"%s\",\n  \"dt\": %.15g,\n  \"steps\": %ld,\n", (long)(sim->grid ? (scene->cells[0] + !scene->box_periodic[0]) * (scene->cells[1] + !scene->box_periodic[1]) * (scene->cells[2] + !scene->box_periodic[2]) : 0),
-              size, scheme, (double)scene->ts_dt, (long)steps);
+      fprintf(file, "  \"nodes\": %ld,\n  \"ranks\": %d,\n  \"scheme\": \"%s\",\n  \"dt\": %.15g,\n  \"steps\": %ld,\n  \"steps_rejected\": %ld,\n", (long)(sim->grid ? (scene->cells[0] + !scene->box_periodic[0]) * (scene->cells[1] + !scene->box_periodic[1]) * (scene->cells[2] + !scene->box_periodic[2]) : 0),
+              size, scheme, (double)scene->ts_dt, (long)steps, (long)rejected);
       fprintf(file, "  \"frame_velocity\": [%.15g, %.15g, %.15g],\n", (double)sim->frame_velocity[0], (double)sim->frame_velocity[1], (double)sim->frame_velocity[2]);
       Number(file, "time", time);
       Number(file, "seconds", now - output->started);

@@ -89,6 +89,7 @@ PetscErrorCode DLMSaddleCreate(DLMStokes stokes, DLMSpheres spheres, DLMPairing 
   s->spheres = spheres;
   s->pairing = pairing;
   s->scene   = scene;
+  s->rtol    = scene->saddle_rtol;
   PetscCall(PetscOptionsGetEList(NULL, NULL, "-saddle_split", splits, 2, &split, &set));
   s->uzawa = (PetscBool)(split == 1);
   PetscCall(DLMStokesCreateVec(stokes, &s->fluid));
@@ -231,6 +232,14 @@ PetscErrorCode DLMSaddleSolve(DLMSaddle s, DLMInertia inertia, const PetscReal *
   s->work.most_iterations = PetscMax(s->work.most_iterations, its);
   s->work.blocks_built    = s->blocks->built;
   PetscCall(DLMSaddleStoreResult(s));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSaddleSetTolerance(DLMSaddle s, PetscReal rtol)
+{
+  PetscFunctionBeginUser;
+  s->rtol = rtol;
+  if (s->bodies_ksp) PetscCall(KSPSetTolerances(s->bodies_ksp, rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   PetscFunctionReturn(0);
 }
 

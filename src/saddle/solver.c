@@ -276,7 +276,7 @@ static PetscErrorCode ConfigureSubSolvers(DLMSaddle s, PC pc)
   if (s->uzawa) PetscCall(KSPSetFromOptions(sub[0]));
   PetscCall(KSPSetType(sub[1], KSPCG));
   PetscCall(KSPSetNormType(sub[1], KSP_NORM_NATURAL));
-  PetscCall(KSPSetTolerances(sub[1], s->scene->saddle_rtol, PETSC_DEFAULT, PETSC_DEFAULT, s->uzawa ? 20000 : 500));
+  PetscCall(KSPSetTolerances(sub[1], s->rtol, PETSC_DEFAULT, PETSC_DEFAULT, s->uzawa ? 20000 : 500));
   PetscCall(KSPSetConvergenceTest(sub[1], EnergyTest, s, NULL));
   PetscCall(KSPGetPC(sub[1], &bodies));
   PetscCall(PCSetType(bodies, s->uzawa ? PCDLMMULTIPLIERS : PCDLMBODIES));

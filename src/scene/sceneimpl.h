@@ -12,7 +12,7 @@ typedef struct {
   PetscInt      n_centers; /* numbers in -sphere_centers, 3 a sphere */
   PetscReal    *centers;
   PetscInt      ts_max_steps, split_retries;
-  int           ts_split_scheme;
+  int           ts_split_scheme, ts_adapt_type;
 } DLMSceneDraft;
 
 typedef enum {

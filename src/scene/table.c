@@ -13,6 +13,7 @@ const char *const DLMCouplings[]    = {"explicit", "both_sides", "DLMCoupling", 
 const char *const DLMInsides[]      = {"identity", "evolve", "extend", "DLMInside", "DLM_INSIDE_", NULL};
 static const char *const Planes[]   = {"12", "13", "23", "DLMPlane", "DLM_PLANE_", NULL};
 static const char *const SplitSchemes[] = {"lie", "strang", "DLMSplitScheme", "DLM_SPLIT_", NULL};
+static const char *const AdaptTypes[] = {"none", "scene", "DLMAdaptType", "DLM_ADAPT_", NULL};
 
 #define AT(field)    offsetof(DLMSceneDraft, field)
 #define WALL(axis, side) AT(scene.wall_velocity[axis][side])
@@ -106,6 +107,10 @@ const DLMSceneKey DLMSceneKeys[] = {
   {"Time", "ts_max_steps", DLM_KEY_INT, "1000000000", AT(ts_max_steps), NOT_NEGATIVE, "steps", "most steps of the run"},
   {"Time", "ts_split_scheme", DLM_KEY_WORD, "lie", AT(ts_split_scheme), ONE_OF(SplitSchemes), "",
    "splitting scheme: lie, first order (thesis); strang, second order"},
+  {"Time", "ts_adapt_type", DLM_KEY_WORD, "none", AT(ts_adapt_type), ONE_OF(AdaptTypes), "",
+   "none: steps of ts_dt; scene: after a first step of ts_dt, steps that suit errors, gaps and Courant number"},
+  {"Time", "ts_rtol", DLM_KEY_REAL, "1e-3", AT(scene.ts_rtol), BETWEEN(1e-12, 1), "",
+   "error allowed to an adapted step, of a sphere's place over its radius and of the mean of C"},
   {"Time", "split_retries", DLM_KEY_INT, "0", AT(split_retries), BETWEEN(0, 20), "",
    "how often a step that loses positivity of C is tried again with half of dt"},
 

@@ -23,7 +23,7 @@ PetscErrorCode DLMSimulationKeep(void *context)
   }
   sim->kept_velocity_time = sim->velocity_time;
   sim->kept_last_interval = sim->last_interval;
-  PetscCall(DLMPolymerKeep(sim->polymer));
+  if (sim->polymer) PetscCall(DLMPolymerKeep(sim->polymer));
   PetscFunctionReturn(0);
 }
 
@@ -40,7 +40,7 @@ PetscErrorCode DLMSimulationBringBack(void *context)
   }
   sim->velocity_time = sim->kept_velocity_time;
   sim->last_interval = sim->kept_last_interval;
-  PetscCall(DLMPolymerBringBack(sim->polymer));
+  if (sim->polymer) PetscCall(DLMPolymerBringBack(sim->polymer));
   PetscFunctionReturn(0);
 }
 

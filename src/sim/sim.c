@@ -12,8 +12,13 @@ static PetscErrorCode CreateTS(DLMSimulation sim)
   PetscCall(TSSetExactFinalTime(sim->ts, TS_EXACTFINALTIME_MATCHSTEP));
   PetscCall(DLMSimulationAddSubsteps(sim));
   PetscCall(DLMSplitSetState(sim->ts, DLMSimulationLoad, DLMSimulationStore, sim));
+  PetscCall(DLMAdaptRegister());
+  PetscCall(TSSetTolerances(sim->ts, PETSC_DECIDE, NULL, sim->scene->ts_rtol, NULL));
   PetscCall(TSSetFromOptions(sim->ts));
   PetscCall(TSSetSolution(sim->ts, sim->solution));
+  PetscCall(DLMAdaptCreate(sim));
+  if (sim->polymer || sim->adapt.exists)
+    PetscCall(DLMSplitSetRetry(sim->ts, DLMSimulationKeep, DLMSimulationBringBack, DLMSimulationGiveUp, sim));
   PetscFunctionReturn(0);
 }
 
@@ -58,6 +63,7 @@ PetscErrorCode DLMSimulationDestroy(DLMSimulation *pointer)
   PetscCall(DLMOutputDestroy(&sim->output));
   PetscCall(DLMCheckpointFileDestroy(&sim->restart));
   PetscCall(TSDestroy(&sim->ts));
+  PetscCall(DLMAdaptDestroy(sim));
   PetscCall(VecDestroy(&sim->solution));
   PetscCall(VecDestroy(&sim->sphere_states));
   PetscCall(DLMSimulationDestroyPolymer(sim));
@@ -101,6 +107,7 @@ PetscErrorCode DLMSimulationSolve(DLMSimulation sim)
   PetscCall(DLMSimulationWarnOfTimeStep(sim));
   if (sim->restart) PetscCall(DLMCheckpointLoad(sim));
   else PetscCall(DLMSimulationStart(sim));
+  PetscCall(DLMAdaptStart(sim));
   PetscCall(DLMSimulationStore(sim, sim->solution));
   PetscCall(DLMOutputCreate(sim, &sim->output));
   PetscCall(DLMStopCatch(sim));

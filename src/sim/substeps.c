@@ -108,6 +108,7 @@ static PetscErrorCode Saddle(void *context, PetscReal t, PetscReal dt, PetscReal
   }
   PetscCall(CheckStates(sim, t));
   PetscCall(Forces(sim));
+  PetscCall(DLMAdaptSetTolerance(sim, dt));
   PetscCall(DLMSimulationSolveFlow(sim, t, dt, Inertia(sim, t, dt)));
   PetscCall(CheckStates(sim, t));
   PetscFunctionReturn(0);

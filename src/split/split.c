@@ -95,11 +95,17 @@ static PetscErrorCode TSStep_Split(TS ts)
   PetscFunctionBegin;
   if (s->load && !s->loaded) PetscCall(s->load(s->state_context, ts->vec_sol));
   s->loaded = PETSC_TRUE;
-  PetscCall(TSPreStage(ts, ts->ptime));
-  PetscCall(TryStep(ts));
+  for (;;) {
+    PetscCall(TSPreStage(ts, ts->ptime));
+    PetscCall(TryStep(ts));
+    PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next, &accept));
+    if (accept || !s->restore) break;
+    PetscCall(s->restore(s->retry_context));
+    ts->time_step = next;
+    ts->reject++;
+  }
   if (s->store) PetscCall(s->store(s->state_context, ts->vec_sol));
   PetscCall(TSPostStage(ts, ts->ptime, 0, &ts->vec_sol));
-  PetscCall(TSAdaptChoose(ts->adapt, ts, ts->time_step, NULL, &next, &accept));
   ts->ptime += ts->time_step;
   ts->time_step = next;
   PetscFunctionReturn(0);

@@ -37,6 +37,8 @@ SCENES = {
     "log lie": THREE + POLYMER + " -polymer_form log",
     "log strang": THREE + POLYMER + " -polymer_form log -ts_split_scheme strang",
     "explicit, extend": THREE + POLYMER + " -polymer_coupling explicit -polymer_inside extend -ts_dt 0.02 -ts_split_scheme strang",
+    "adapted steps": THREE + " -ts_split_scheme strang -ts_adapt_type scene -ts_dt 0.02",
+    "log, adapted steps": THREE + POLYMER + " -polymer_form log -ts_split_scheme strang -ts_adapt_type scene",
     "fluid alone": BOX + POLYMER + " -ts_split_scheme strang -polymer_mode_amplitude 0.1 -output_fields_every 3",
 }
 PROGRAM, MPIRUN, FOLDER, FAILED = "", [], "", 0

@@ -5,6 +5,7 @@
     run_scenes.py crossing DLMFD MPIRUN...   a sphere that crosses the periodic face, against the same scene shifted by half a box
     run_scenes.py walls DLMFD MPIRUN...      walls (U/2, -U/2), (U, 0) and (0, -U): the same relative path
     run_scenes.py outputs DLMFD MPIRUN...    the files a run leaves, with and without fields
+    run_scenes.py adapt DLMFD MPIRUN...      steps that suit the scene: the path of small equal steps in fewer of them
 
 Differences of positions are counted in radii, others against the largest value of their kind.
 """
@@ -125,7 +126,35 @@ def outputs():
     return good
 
 
+def adapt():
+    """Two spheres pass each other. The default tolerance, a tighter one, a first step that must be rejected, two ranks, Oldroyd-B fluid."""
+    base = PAIR.replace(TIGHT, " -progress_every 1000") + SHEAR + MEETING + " -sphere_inertia 0 -ts_max_time 3"
+    scene = base + " -ts_adapt_type scene -ts_dt 0.05"
+    fine = run("equal", base + " -ts_dt 0.05 -saddle_rtol 1e-9")[-1]
+    good = True
+
+    def path(name, options, allowed, most_steps, ranks=1, reference=fine):
+        found = run(name, options, ranks)
+        steps, apart = len(found) - 1, abs(found[-1, :, 3:6] - reference[:, 3:6]).max() / RADIUS
+        print(f"{name}: {steps} steps (at most {most_steps}), {apart:.1e} radii from {reference[0, 0]:.0f} equal ones (allowed {allowed:g})", flush=True)
+        return bool(steps <= most_steps and apart <= allowed and abs(found[-1, 0, 1] - 3) < 1e-12)
+
+    good &= path("adapted", scene, 5e-3, 35)
+    good &= path("tighter", scene + " -ts_rtol 1e-4", 1e-3, 80)
+    good &= path("first_step_too_long", scene + " -ts_dt 1", 5e-3, 35)
+    with open(os.path.join(FOLDER, "first_step_too_long", "summary.json")) as file:
+        rejected = json.load(file)["steps_rejected"]
+    print(f"  {rejected} steps rejected (at least 1)")
+    good &= rejected >= 1
+    one, two = (run(f"ranks{n}", scene + " -saddle_rtol 1e-11", n) for n in (1, 2))
+    good &= len(one) == len(two) and report("1 and 2 ranks", difference(two, one, GROUPS), 1e-7)
+    polymer = base + " -fluid_model oldroyd_b -fluid_relaxation_time 0.5"
+    fine = run("polymer_equal", polymer + " -ts_dt 0.02 -saddle_rtol 1e-8")[-1]
+    good &= path("polymer_adapted", polymer + " -ts_adapt_type scene -ts_dt 0.02", 1e-2, 75, reference=fine)
+    return good
+
+
 if __name__ == "__main__":
     PROGRAM, MPIRUN = sys.argv[2], sys.argv[3:]
     with tempfile.TemporaryDirectory() as FOLDER:
-        sys.exit(0 if {"ranks": ranks, "crossing": crossing, "walls": walls, "outputs": outputs}[sys.argv[1]]() else 1)
+        sys.exit(0 if {"ranks": ranks, "crossing": crossing, "walls": walls, "outputs": outputs, "adapt": adapt}[sys.argv[1]]() else 1)
