@@ -24,7 +24,7 @@ typedef struct {
   PetscBool  exists, own_rtol; /* -ts_adapt_type scene; the saddle's tolerance is the user's */
   PetscInt   n, known;         /* rates; steps whose rates are known, at most 2 */
   PetscReal *rate[3], interval[2];
-  PetscReal  mean[6];          /* of C at the end of the last step */
+  PetscReal  mean[6];          /* of C at the start of the present step, after the rule for C inside the spheres */
 } DLMAdaptState;
 
 struct _p_DLMSimulation {
@@ -81,12 +81,13 @@ PETSC_INTERN PetscErrorCode DLMSimulationKeep(void *sim);
 PETSC_INTERN PetscErrorCode DLMSimulationBringBack(void *sim);
 PETSC_INTERN PetscErrorCode DLMSimulationGiveUp(void *sim);
 /*
-  adapt.c: the TSAdapt type `scene`. Create: after the TS has its options; Start: before the first step; SetTolerance: the saddle's, for a step dt that is
+  adapt.c: the TSAdapt type `scene`. Create: after the TS has its options; Start: before the first step; NoteConformation: when C of a step's start is ready; SetTolerance: the saddle's, for a step dt that is
   allowed -ts_rtol, unless -saddle_rtol is given. Collective.
 */
 PETSC_INTERN PetscErrorCode DLMAdaptRegister(void);
 PETSC_INTERN PetscErrorCode DLMAdaptCreate(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMAdaptStart(DLMSimulation sim);
+PETSC_INTERN PetscErrorCode DLMAdaptNoteConformation(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMAdaptSetTolerance(DLMSimulation sim, PetscReal dt);
 PETSC_INTERN PetscErrorCode DLMAdaptDestroy(DLMSimulation sim);
 /* stop.c: SIGTERM and SIGUSR1 end the run after the present step; StopCatch at its start, StopRelease at its end. */

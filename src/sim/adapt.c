@@ -9,6 +9,8 @@ enum { TENSOR = 6, PER_SPHERE = 6 };
 
 /* The next step is also no longer than: cells a sphere moves by on the mesh, part of a gap that two bodies close, Courant number, lambda1. */
 static const PetscReal most_cells = 2.0, most_gap = 0.3, most_courant = 4.0, most_lambda = 0.5;
+/* Steps shorter than this part of -ts_dt are accepted whatever their error. */
+static const PetscReal shortest = 1e-4;
 
 static PetscErrorCode MeanConformation(DLMSimulation sim, PetscReal mean[TENSOR])
 {
@@ -29,11 +31,12 @@ static PetscErrorCode MeanConformation(DLMSimulation sim, PetscReal mean[TENSOR]
   PetscFunctionReturn(0);
 }
 
-/* The rates of the step of length h that has just been made; mean: of C at its end. */
-static PetscErrorCode Rates(DLMSimulation sim, PetscReal h, PetscReal *rate, PetscReal mean[TENSOR])
+/* The rates of the step of length h that has just been made. */
+static PetscErrorCode Rates(DLMSimulation sim, PetscReal h, PetscReal *rate)
 {
   const DLMScene *scene = sim->scene;
   DLMSphereState *state;
+  PetscReal       mean[TENSOR];
   PetscInt        n = 0;
 
   PetscFunctionBegin;
@@ -56,12 +59,16 @@ PetscErrorCode DLMAdaptStart(DLMSimulation sim)
   DLMAdaptState *a = &sim->adapt;
 
   PetscFunctionBegin;
-  if (!a->exists) PetscFunctionReturn(0);
-  if (sim->polymer) PetscCall(MeanConformation(sim, a->mean));
-  else if (sim->first_step < 0 && !sim->scene->sphere_inertia) {
-    PetscCall(Rates(sim, 1.0, a->rate[1], NULL));
-    a->known = 1;
-  }
+  if (!a->exists || sim->polymer || sim->first_step >= 0 || sim->scene->sphere_inertia) PetscFunctionReturn(0);
+  PetscCall(Rates(sim, 1.0, a->rate[1]));
+  a->known = 1;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMAdaptNoteConformation(DLMSimulation sim)
+{
+  PetscFunctionBegin;
+  if (sim->adapt.exists) PetscCall(MeanConformation(sim, sim->adapt.mean));
   PetscFunctionReturn(0);
 }
 
@@ -147,21 +154,18 @@ static PetscErrorCode Choose(TSAdapt adapt, TS ts, PetscReal h, PetscInt *scheme
 {
   DLMSimulation  sim;
   DLMAdaptState *a;
-  PetscReal      mean[TENSOR] = { 0.0 }, limit, factor = adapt->clip[1];
+  PetscReal      limit, factor = adapt->clip[1];
   PetscInt       scheme_order, order;
 
   PetscFunctionBegin;
   PetscCall(TSGetApplicationContext(ts, &sim));
   a = &sim->adapt;
   PetscCall(DLMSplitGetScheme(ts, NULL, &scheme_order));
-  PetscCall(Rates(sim, h, a->rate[2], mean));
+  PetscCall(Rates(sim, h, a->rate[2]));
   *wlte = Error(sim, h, ts->rtol, scheme_order, &order);
   if (order > 0) factor = *wlte > 0.0 ? PetscClipInterval(adapt->safety * PetscPowReal(*wlte, -1.0 / order), adapt->clip[0], adapt->clip[1]) : adapt->clip[1];
   *accept = (PetscBool)(*wlte <= 1.0 || adapt->always_accept || h <= adapt->dt_min);
-  if (*accept) {
-    Remember(a, h);
-    PetscCall(PetscArraycpy(a->mean, mean, TENSOR));
-  }
+  if (*accept) Remember(a, h);
   PetscCall(Limit(sim, h, &limit));
   *next   = PetscClipInterval(PetscMin(h * factor, limit), adapt->dt_min, adapt->dt_max);
   *scheme = 0;
@@ -200,6 +204,7 @@ PetscErrorCode DLMAdaptCreate(DLMSimulation sim)
   a->n = PER_SPHERE * sim->scene->n_spheres + (sim->polymer ? TENSOR : 0);
   for (int k = 0; k < 3; k++) PetscCall(PetscCalloc1(a->n, &a->rate[k]));
   PetscCall(PetscOptionsHasName(NULL, NULL, "-saddle_rtol", &a->own_rtol));
+  adapt->dt_min = PetscMax(adapt->dt_min, shortest * sim->scene->ts_dt);
   PetscFunctionReturn(0);
 }
 

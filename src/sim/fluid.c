@@ -97,6 +97,7 @@ PetscErrorCode DLMSimulationSolveFlow(DLMSimulation sim, PetscReal t, PetscReal 
   PetscCall(DLMSplitGetScheme(sim->ts, NULL, &order));
   target = t + (order == 2 ? 0.5 : 1.0) * dt;
   PetscCall(DLMPolymerSetInside(sim->polymer));
+  PetscCall(DLMAdaptNoteConformation(sim));
   if (sim->scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES && !sim->flowing) {
     PetscCall(SolveFirstFlow(sim, t, target, order, inertia));
   } else {
