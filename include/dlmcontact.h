@@ -12,7 +12,9 @@
 #include "dlmspheres.h"
 
 typedef struct {
-  PetscBool exists;    /* two bodies of the scene can meet */
+  PetscBool can_meet;  /* two bodies of the scene can come closer to each other */
+  PetscBool exists;    /* and then repel */
+  const char *absent;  /* why not, or NULL */
   PetscReal range;     /* rho */
   PetscReal stiffness; /* force at touching */
   PetscReal largest;   /* largest force so far in the run */

@@ -29,6 +29,13 @@ typedef struct {
   PetscInt solves, iterations, most_iterations, last_iterations, blocks_built;
 } DLMSaddleWork;
 
+/* What was made for the spheres, and its heap on this rank (bytes) after the set-up. */
+typedef struct {
+  PetscBool responses;          /* tables of impulse responses */
+  PetscInt  clusters, largest;  /* dense blocks on all ranks, unknowns of the largest */
+  PetscReal response_bytes, block_bytes;
+} DLMSaddleParts;
+
 /* What the dense blocks are made from; an entry (or three) per sphere. */
 typedef struct {
   PetscInt   n_ranks;
@@ -58,6 +65,8 @@ PETSC_EXTERN PetscErrorCode DLMSaddleGetFluid(DLMSaddle saddle, Vec *x);
 /* Relative tolerance of the next solves; the scene's saddle_rtol at first. */
 PETSC_EXTERN PetscErrorCode DLMSaddleSetTolerance(DLMSaddle saddle, PetscReal rtol);
 PETSC_EXTERN PetscErrorCode DLMSaddleGetWork(DLMSaddle saddle, DLMSaddleWork *work);
+/* Not collective. */
+PETSC_EXTERN PetscErrorCode DLMSaddleGetParts(DLMSaddle saddle, DLMSaddleParts *parts);
 PETSC_EXTERN PetscErrorCode DLMSaddleView(DLMSaddle saddle, PetscViewer viewer);
 /*
   The state as it is, and one to go on from, which may come from another number of ranks (the centres are set before, the fluid in DLMSaddleGetFluid's

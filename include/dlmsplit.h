@@ -32,6 +32,8 @@ PETSC_EXTERN PetscErrorCode DLMSplitReject(TS ts);
 /* Scheme by name; PETSC_ERR_USER_INPUT if there is none. */
 PETSC_EXTERN PetscErrorCode DLMSplitSetScheme(TS ts, const char *name);
 PETSC_EXTERN PetscErrorCode DLMSplitGetScheme(TS ts, const char **name, PetscInt *order);
+/* The scheme's sub-steps that were added, with their fractions of dt: " predict(0.5) saddle(1)". */
+PETSC_EXTERN PetscErrorCode DLMSplitDescribe(TS ts, size_t size, char text[]);
 /* Seconds spent in the k-th verb added (this rank); name NULL past the last. */
 PETSC_EXTERN PetscErrorCode DLMSplitGetTime(TS ts, PetscInt k, const char **name, PetscReal *seconds, PetscInt *calls);
 #endif

@@ -28,6 +28,9 @@ PETSC_EXTERN PetscErrorCode DLMStokesDestroy(DLMStokes *stokes);
 /* Says which solver was built and why, and its memory. Collective. */
 PETSC_EXTERN PetscErrorCode DLMStokesView(DLMStokes stokes, PetscViewer viewer);
 
+/* Bytes of the exact pressure solve's blocks on this rank, and NULL or why there are none. Not collective. */
+PETSC_EXTERN PetscErrorCode DLMStokesGetPressureBlocks(DLMStokes stokes, PetscReal *bytes, const char **absent);
+
 /* Borrowed. any may be NULL: K (MATNEST), A (viscous block), B (-B, rectangular). */
 PETSC_EXTERN PetscErrorCode DLMStokesGetOperators(DLMStokes stokes, Mat *K, Mat *A, Mat *B);
 PETSC_EXTERN PetscErrorCode DLMStokesGetKSP(DLMStokes stokes, KSP *ksp);

@@ -71,6 +71,7 @@ struct _p_DLMSaddle {
   PetscReal      *lambda;         /* multipliers and rigid motions the next solve starts from */
   PetscReal       reference;      /* energy norm that the tolerance refers to */
   DLMSaddleWork   work;
+  DLMSaddleParts  parts;
 };
 
 /* Factor of the whole Uzawa preconditioner: pressure mass, and scale of the multipliers' unit matrix (see DLMBlocks). */

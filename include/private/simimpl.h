@@ -9,6 +9,43 @@
 
 typedef struct _p_DLMOutput *DLMOutput;
 
+/* What a simulation may consist of, in dependency order (parts.c). */
+typedef enum {
+  DLM_PART_GRID,
+  DLM_PART_STOKES,
+  DLM_PART_PRESSURE_BLOCKS,
+  DLM_PART_SPHERES,
+  DLM_PART_CONTACT,
+  DLM_PART_MOTION,
+  DLM_PART_INERTIA,
+  DLM_PART_FLOW,
+  DLM_PART_RESPONSES,
+  DLM_PART_BLOCKS,
+  DLM_PART_POLYMER,
+  DLM_PART_STEPPING,
+  DLM_PART_STEP_COPY,
+  DLM_PART_TRAJECTORY,
+  DLM_PART_FIELDS,
+  DLM_PART_CHECKPOINTS,
+  DLM_PART_WORK,
+  DLM_N_PARTS
+} DLMPart;
+
+typedef struct {
+  PetscBool      built;
+  char           why[128];
+  PetscReal      bytes;   /* heap of this rank that it grew by */
+  PetscLogDouble seconds; /* to build it; of an output: to write it, so far */
+} DLMPartRecord;
+
+/* A row of the table that users see. */
+typedef struct {
+  const char *object;
+  PetscBool   built;
+  const char *why;   /* or why not; borrowed from the simulation */
+  PetscReal   bytes; /* on all ranks */
+} DLMModelled;
+
 /* Where a checkpoint stands. */
 typedef struct {
   PetscInt  step;
@@ -31,6 +68,7 @@ struct _p_DLMSimulation {
   const DLMScene *scene;    /* as the user wrote it */
   DLMScene        riding;   /* the same in the frame of the mesh; owns its spheres */
   PetscReal       frame_velocity[3];
+  DLMPartRecord   part[DLM_N_PARTS];
   DLMGrid         grid;
   DLMStokes       stokes;
   DLMSpheres      spheres;  /* NULL without spheres, like pairing */
@@ -58,8 +96,18 @@ struct _p_DLMSimulation {
   int             stop_signal;   /* that ended the run, or 0 */
   PetscLogDouble  last_checkpoint;
   DLMOutput       output;
+  PetscReal       heap;          /* of this rank after the set-up, without what outputs keep since */
   PetscLogDouble  created, setup_seconds;
 };
+
+/* parts.c: builds the simulation, part by part. Collective, like the next three. */
+PETSC_INTERN PetscErrorCode DLMSimulationBuildParts(DLMSimulation sim);
+/* Counts the heap that the steps have made since the set-up. */
+PETSC_INTERN PetscErrorCode DLMSimulationCountWork(DLMSimulation sim);
+PETSC_INTERN PetscErrorCode DLMSimulationGetModelled(DLMSimulation sim, DLMModelled modelled[DLM_N_PARTS]);
+PETSC_INTERN PetscErrorCode DLMModelledView(const DLMModelled modelled[DLM_N_PARTS], PetscViewer viewer);
+/* sim.c: the TS and its verbs. */
+PETSC_INTERN PetscErrorCode DLMSimulationCreateStepping(DLMSimulation sim);
 
 /* frame.c: x + frame_velocity t, for a position or a shift of one. */
 PETSC_INTERN PetscErrorCode DLMSimulationRide(DLMSimulation sim);

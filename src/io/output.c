@@ -1,6 +1,7 @@
 #include <sys/stat.h>
 #include <errno.h>
 #include <signal.h>
+#include "../../include/private/memory.h"
 #include "../../include/private/outputimpl.h"
 
 /* Creates a folder and those above it. Rank 0. Returns 0 or errno. */
@@ -29,8 +30,9 @@ static PetscErrorCode CreateFolder(const DLMScene *scene)
   PetscFunctionReturn(0);
 }
 
-static PetscErrorCode WriteCheckpoint(DLMSimulation sim, PetscInt step, PetscReal time)
+static PetscErrorCode WriteCheckpoint(DLMOutput output, PetscInt step, PetscReal time)
 {
+  DLMSimulation sim = output->sim;
   PetscReal   dt;
   PetscMPIInt rank;
   int         failed;
@@ -63,6 +65,25 @@ static PetscErrorCode PutAside(const DLMScene *scene)
   PetscFunctionReturn(0);
 }
 
+/* Writes, and books the time and what stays on the heap to the output's part. */
+static PetscErrorCode Write(DLMOutput output, DLMPart k, PetscErrorCode (*write)(DLMOutput, PetscInt, PetscReal), PetscInt step, PetscReal time)
+{
+  DLMPartRecord  *part   = &output->sim->part[k];
+  const PetscReal before = DLMMemoryInUse();
+  PetscReal       kept;
+  PetscLogDouble  start, end;
+
+  PetscFunctionBegin;
+  PetscCall(PetscTime(&start));
+  PetscCall(write(output, step, time));
+  PetscCall(PetscTime(&end));
+  kept = DLMMemoryInUse() - before;
+  part->seconds += end - start;
+  part->bytes += kept;
+  output->sim->heap += kept;
+  PetscFunctionReturn(0);
+}
+
 /* Every step: files at their intervals, the health of the run, progress; then the checkpoint, which stands for all that is written before it. */
 static PetscErrorCode Monitor(TS ts, PetscInt step, PetscReal time, Vec solution, void *context)
 {
@@ -82,10 +103,10 @@ static PetscErrorCode Monitor(TS ts, PetscInt step, PetscReal time, Vec solution
     else slip = 0.0;
     output->sim->largest_slip = PetscMax(output->sim->largest_slip, slip);
   }
-  if (step % PetscMax(1, scene->output_every) == 0 || last) PetscCall(DLMTrajectoryWrite(output, step, time));
-  if (output->fields && (step % scene->output_fields_every == 0 || last)) PetscCall(DLMFieldsWrite(output, step, time));
+  if (output->sim->spheres && (step % PetscMax(1, scene->output_every) == 0 || last)) PetscCall(Write(output, DLM_PART_TRAJECTORY, DLMTrajectoryWrite, step, time));
+  if (output->fields && (step % scene->output_fields_every == 0 || last)) PetscCall(Write(output, DLM_PART_FIELDS, DLMFieldsWrite, step, time));
   PetscCall(DLMProgress(output, step, time, last));
-  if (output->sim->checkpoint_due) PetscCall(WriteCheckpoint(output->sim, step, time));
+  if (output->sim->checkpoint_due) PetscCall(Write(output, DLM_PART_CHECKPOINTS, WriteCheckpoint, step, time));
   PetscFunctionReturn(0);
 }
 

@@ -1,4 +1,4 @@
-#include <sys/resource.h>
+#include "../../include/private/memory.h"
 #include "../../include/private/outputimpl.h"
 
 static void Vector(FILE *file, const char *name, const PetscReal x[3])
@@ -13,14 +13,20 @@ static void Number(FILE *file, const char *name, PetscReal x)
   else fprintf(file, "  \"%s\": %.15g,\n", name, (double)x);
 }
 
-static void Text(FILE *file, const char *name, const char *text)
+static void Text(FILE *file, const char *name, const char *text, const char *end)
 {
-  fprintf(file, "    \"%s\": \"", name);
+  fprintf(file, "\"%s\": \"", name);
   for (; *text; text++) {
     if (*text == '"' || *text == '\\') fputc('\\', file);
     if ((unsigned char)*text >= 32) fputc(*text, file);
   }
-  fputs("\",\n", file);
+  fprintf(file, "\"%s", end);
+}
+
+static void Line(FILE *file, const char *name, const char *text)
+{
+  fputs("    ", file);
+  Text(file, name, text, ",\n");
 }
 
 static void WriteScene(FILE *file, DLMSimulation sim)
@@ -28,7 +34,7 @@ static void WriteScene(FILE *file, DLMSimulation sim)
   const DLMScene *scene = sim->scene;
 
   fputs("  \"scene\": {\n", file);
-  Text(file, "source", scene->source);
+  Line(file, "source", scene->source);
   Vector(file, "box_size", scene->box_size);
   fprintf(file, "    \"box_periodic\": [%s, %s, %s],\n", scene->box_periodic[0] ? "true" : "false", scene->box_periodic[1] ? "true" : "false",
           scene->box_periodic[2] ? "true" : "false");
@@ -37,17 +43,17 @@ static void WriteScene(FILE *file, DLMSimulation sim)
   Vector(file, "wall_velocity_lower", scene->wall_velocity[2][0]);
   Vector(file, "wall_velocity_upper", scene->wall_velocity[2][1]);
   Vector(file, "gravity", scene->gravity);
-  Text(file, "fluid_model", DLMFluidModels[scene->fluid_model]);
+  Line(file, "fluid_model", DLMFluidModels[scene->fluid_model]);
   fprintf(file, "    \"fluid_density\": %.15g,\n    \"fluid_viscosity\": %.15g,\n", (double)scene->fluid_density, (double)scene->fluid_viscosity);
   if (sim->polymer) {
     fprintf(file, "    \"relaxation_time\": %.15g,\n    \"retardation_time\": %.15g,\n    \"carreau_n\": %.15g,\n", (double)scene->relaxation_time,
             (double)scene->retardation_time, (double)scene->carreau_n);
-    Text(file, "polymer_form", DLMPolymerForms[scene->polymer_form]);
-    Text(file, "polymer_coupling", DLMCouplings[scene->polymer_coupling]);
-    Text(file, "polymer_inside", DLMInsides[scene->polymer_inside]);
+    Line(file, "polymer_form", DLMPolymerForms[scene->polymer_form]);
+    Line(file, "polymer_coupling", DLMCouplings[scene->polymer_coupling]);
+    Line(file, "polymer_inside", DLMInsides[scene->polymer_inside]);
   }
-  Text(file, "pairing_type", DLMPairingTypes[scene->pairing_type]);
-  Text(file, "pairing_points", DLMPointSets[scene->pairing_points]);
+  Line(file, "pairing_type", DLMPairingTypes[scene->pairing_type]);
+  Line(file, "pairing_points", DLMPointSets[scene->pairing_points]);
   fprintf(file, "    \"contact_range\": %.15g,\n    \"contact_stiffness\": %.15g,\n", (double)sim->contact.range, (double)sim->contact.stiffness);
   fprintf(file, "    \"sphere_inertia\": %s,\n    \"n_spheres\": %ld,\n    \"spheres\": [", scene->sphere_inertia ? "true" : "false", (long)scene->n_spheres);
   for (PetscInt i = 0; i < scene->n_spheres; i++)
@@ -71,10 +77,32 @@ static PetscErrorCode WriteWork(FILE *file, DLMSimulation sim)
   for (PetscInt k = 0;; k++) {
     PetscCall(DLMSplitGetTime(sim->ts, k, &name, &seconds, &calls));
     if (!name) break;
-    fprintf(file, ", \"%s\": %.6g", name, (double)seconds);
+    if (calls > 0) fprintf(file, ", \"%s\": %.6g", name, (double)seconds);
   }
   fputs("},\n", file);
   PetscFunctionReturn(0);
+}
+
+/* What was built and what was not, and the time of the outputs that were written. */
+static void WriteModelled(FILE *file, const DLMModelled modelled[DLM_N_PARTS], const DLMPartRecord part[DLM_N_PARTS])
+{
+  const char *separator = "";
+
+  fputs("  \"modelled\": [", file);
+  for (int k = 0; k < DLM_N_PARTS; k++) {
+    fprintf(file, "%s\n    {", k ? "," : "");
+    Text(file, "object", modelled[k].object, ", ");
+    fprintf(file, "\"built\": %s, ", modelled[k].built ? "true" : "false");
+    Text(file, "why", modelled[k].why, ", ");
+    fprintf(file, "\"bytes\": %.0f}", (double)modelled[k].bytes);
+  }
+  fputs("\n  ],\n  \"seconds_by_output\": {", file);
+  for (int k = DLM_PART_TRAJECTORY; k <= DLM_PART_CHECKPOINTS; k++) {
+    if (part[k].seconds <= 0.0) continue;
+    fprintf(file, "%s\"%s\": %.6g", separator, modelled[k].object, part[k].seconds);
+    separator = ", ";
+  }
+  fputs("},\n", file);
 }
 
 static void WriteHealth(FILE *file, DLMSimulation sim)
@@ -122,7 +150,7 @@ PetscErrorCode DLMSummaryWrite(DLMOutput output)
   PetscLogDouble  now;
   const char     *scheme;
   char            path[PETSC_MAX_PATH_LEN];
-  struct rusage   usage;
+  DLMModelled     modelled[DLM_N_PARTS];
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
@@ -132,9 +160,10 @@ PetscErrorCode DLMSummaryWrite(DLMOutput output)
   PetscCall(TSGetStepRejections(sim->ts, &rejected));
   PetscCall(DLMSplitGetScheme(sim->ts, &scheme, &order));
   PetscCall(PetscTime(&now));
+  PetscCall(DLMSimulationCountWork(sim));
+  PetscCall(DLMSimulationGetModelled(sim, modelled));
   PetscCall(LargestDivergence(sim, &divergence));
-  getrusage(RUSAGE_SELF, &usage);
-  memory = usage.ru_maxrss / 1024.0;
+  memory = DLMMemoryPeak() / 1048576.0;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &memory, 1, MPIU_REAL, MPIU_SUM, scene->comm));
   if (rank == 0) {
     FILE *file;
@@ -149,6 +178,7 @@ PetscErrorCode DLMSummaryWrite(DLMOutput output)
       Number(file, "time", time);
       Number(file, "seconds", now - output->started);
       PetscCall(WriteWork(file, sim));
+      WriteModelled(file, modelled, sim->part);
       Number(file, "peak_memory_MiB", memory);
       Number(file, "largest_slip", sim->largest_slip);
       Number(file, "smallest_gap", sim->smallest_gap);

@@ -1,3 +1,4 @@
+#include "../../include/private/memory.h"
 #include "../../include/private/saddleimpl.h"
 
 PetscErrorCode DLMSaddleDestroy(DLMSaddle *pointer)
@@ -75,6 +76,21 @@ PetscErrorCode DLMSaddleUpdateLayout(DLMSaddle s)
   PetscFunctionReturn(0);
 }
 
+/* Tables and blocks for the first centres belong to the set-up, and so do markers and solver, which are made between them. */
+static PetscErrorCode CreateForSpheres(DLMSaddle s)
+{
+  PetscReal before = DLMMemoryInUse();
+
+  PetscFunctionBeginUser;
+  PetscCall(DLMBlocksCreate(s->stokes, s->pairing, s->spheres, s->scene, s->uzawa, &s->blocks));
+  s->parts.response_bytes = DLMMemoryInUse() - before;
+  PetscCall(DLMSaddleUpdateLayout(s));
+  before = DLMMemoryInUse();
+  PetscCall(DLMBlocksUpdate(s->blocks, &s->layout, 0.0));
+  s->parts.block_bytes = DLMMemoryInUse() - before;
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode DLMSaddleCreate(DLMStokes stokes, DLMSpheres spheres, DLMPairing pairing, const DLMScene *scene, DLMSaddle *new_saddle)
 {
   static const char *const splits[] = { "fluid", "velocity" };
@@ -93,17 +109,13 @@ PetscErrorCode DLMSaddleCreate(DLMStokes stokes, DLMSpheres spheres, DLMPairing 
   PetscCall(PetscOptionsGetEList(NULL, NULL, "-saddle_split", splits, 2, &split, &set));
   s->uzawa = (PetscBool)(split == 1);
   PetscCall(DLMStokesCreateVec(stokes, &s->fluid));
-  if (scene->n_spheres) PetscCall(DLMBlocksCreate(stokes, pairing, spheres, scene, s->uzawa, &s->blocks));
   if (s->uzawa && !stokes->mass) PetscCall(DLMStokesBuildPressureMass(stokes));
   if (s->uzawa) {
     PetscCall(MatCreateVecs(stokes->mass, &s->lumped_mass, NULL));
     PetscCall(MatGetRowSum(stokes->mass, s->lumped_mass));
     PetscCall(VecScale(s->lumped_mass, DLMUzawaScale(stokes)));
   }
-  if (scene->n_spheres) { /* markers, blocks and solver for the first centres belong to the set-up */
-    PetscCall(DLMSaddleUpdateLayout(s));
-    PetscCall(DLMBlocksUpdate(s->blocks, &s->layout, 0.0));
-  }
+  if (scene->n_spheres) PetscCall(CreateForSpheres(s));
   *new_saddle = s;
   PetscFunctionReturn(0);
 }
@@ -254,6 +266,18 @@ PetscErrorCode DLMSaddleGetWork(DLMSaddle s, DLMSaddleWork *work)
 {
   PetscFunctionBeginUser;
   *work = s->work;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSaddleGetParts(DLMSaddle s, DLMSaddleParts *parts)
+{
+  PetscFunctionBeginUser;
+  *parts = s->parts;
+  if (s->blocks) {
+    parts->responses = (PetscBool)(s->blocks->response != NULL);
+    parts->clusters  = s->blocks->n_clusters;
+    parts->largest   = s->blocks->largest;
+  }
   PetscFunctionReturn(0);
 }
 

@@ -5,7 +5,6 @@ PetscErrorCode DLMSimulationCreatePolymer(DLMSimulation sim)
   Vec x, u;
 
   PetscFunctionBegin;
-  if (sim->scene->fluid_model == DLM_FLUID_NEWTONIAN) PetscFunctionReturn(0);
   PetscCall(DLMPolymerCreate(sim->grid, sim->spheres, &sim->riding, &sim->polymer));
   PetscCall(DLMSaddleGetFluid(sim->saddle, &x));
   PetscCall(DLMStokesGetParts(sim->stokes, x, &u, NULL));

@@ -1,6 +1,6 @@
 #include "../../include/private/simimpl.h"
 
-static PetscErrorCode CreateTS(DLMSimulation sim)
+PetscErrorCode DLMSimulationCreateStepping(DLMSimulation sim)
 {
   PetscFunctionBegin;
   PetscCall(DLMSplitRegister());
@@ -35,19 +35,7 @@ PetscErrorCode DLMSimulationCreate(const DLMScene *scene, DLMSimulation *new_sim
   PetscCall(DLMCheckpointOpen(sim));
   sim->smallest_gap = PETSC_INFINITY;
   sim->first_step   = -1;
-  scene = &sim->riding;
-  PetscCall(DLMGridCreate(scene, &sim->grid));
-  PetscCall(DLMStokesCreate(sim->grid, scene, &sim->stokes));
-  if (scene->n_spheres) {
-    PetscCall(DLMSpheresCreate(sim->grid, scene, &sim->spheres));
-    PetscCall(DLMPairingCreate(sim->spheres, scene, &sim->pairing));
-    PetscCall(DLMContactCreate(scene, &sim->contact));
-    PetscCall(PetscCalloc3(3 * scene->n_spheres, &sim->start, 3 * scene->n_spheres, &sim->force, 3 * scene->n_spheres, &sim->torque));
-  }
-  PetscCall(DLMSaddleCreate(sim->stokes, sim->spheres, sim->pairing, scene, &sim->saddle));
-  PetscCall(DLMSimulationCreatePolymer(sim));
-  PetscCall(DLMSimulationCreateSolution(sim));
-  PetscCall(CreateTS(sim));
+  PetscCall(DLMSimulationBuildParts(sim));
   PetscCall(PetscTime(&now));
   sim->setup_seconds = now - sim->created;
   *new_sim           = sim;
@@ -72,7 +60,8 @@ PetscErrorCode DLMSimulationDestroy(DLMSimulation *pointer)
   PetscCall(DLMSpheresDestroy(&sim->spheres));
   PetscCall(DLMStokesDestroy(&sim->stokes));
   PetscCall(DLMGridDestroy(&sim->grid));
-  PetscCall(PetscFree3(sim->start, sim->force, sim->torque));
+  PetscCall(PetscFree(sim->start));
+  PetscCall(PetscFree2(sim->force, sim->torque));
   PetscCall(PetscFree(sim->riding.spheres));
   PetscCall(PetscFree(*pointer));
   PetscFunctionReturn(0);
@@ -81,10 +70,11 @@ PetscErrorCode DLMSimulationDestroy(DLMSimulation *pointer)
 PetscErrorCode DLMSimulationView(DLMSimulation sim, PetscViewer viewer)
 {
   const DLMScene *scene = sim->scene;
+  DLMModelled     modelled[DLM_N_PARTS];
 
   PetscFunctionBeginUser;
-  PetscCall(DLMStokesView(sim->stokes, viewer));
-  PetscCall(DLMSaddleView(sim->saddle, viewer));
+  PetscCall(DLMSimulationGetModelled(sim, modelled));
+  PetscCall(DLMModelledView(modelled, viewer));
   if (sim->polymer) PetscCall(DLMPolymerView(sim->polymer, viewer));
   if (sim->frame_velocity[0] != 0.0 || sim->frame_velocity[1] != 0.0 || sim->frame_velocity[2] != 0.0)
     PetscCall(PetscViewerASCIIPrintf(viewer, "Mesh: rides with the mean wall velocity %.6g,%.6g,%.6g\n", (double)sim->frame_velocity[0],
@@ -94,9 +84,6 @@ PetscErrorCode DLMSimulationView(DLMSimulation sim, PetscViewer viewer)
     PetscCall(DLMPairingGetCover(scene, scene->spheres[0].radius, &cover));
     PetscCall(PetscViewerASCIIPrintf(viewer, "Sphere 0: %" PetscInt_FMT " surface points at a - %.3g h, %" PetscInt_FMT " multipliers%s\n", cover.n_points,
                                      (double)cover.retraction, cover.n_multipliers, cover.degree ? " (harmonics)" : ""));
-    if (sim->contact.exists)
-      PetscCall(PetscViewerASCIIPrintf(viewer, "Contact: range %.3g, stiffness %.3g\n", (double)sim->contact.range, (double)sim->contact.stiffness));
-    else PetscCall(PetscViewerASCIIPrintf(viewer, "Contact: none, no two bodies of this scene can meet\n"));
   }
   PetscFunctionReturn(0);
 }

@@ -126,9 +126,11 @@ PetscErrorCode DLMSimulationStart(DLMSimulation sim)
 PetscErrorCode DLMSimulationAddSubsteps(DLMSimulation sim)
 {
   PetscFunctionBegin;
-  if (sim->spheres) PetscCall(DLMSplitAddSubstep(sim->ts, "predict", Predict, sim));
+  const PetscBool moves = sim->part[DLM_PART_MOTION].built;
+
+  if (moves) PetscCall(DLMSplitAddSubstep(sim->ts, "predict", Predict, sim));
   PetscCall(DLMSplitAddSubstep(sim->ts, "saddle", Saddle, sim));
-  if (sim->spheres) PetscCall(DLMSplitAddSubstep(sim->ts, "correct", Correct, sim));
+  if (moves) PetscCall(DLMSplitAddSubstep(sim->ts, "correct", Correct, sim));
   if (sim->polymer) PetscCall(DLMSimulationAddPolymerSubsteps(sim));
   PetscFunctionReturn(0);
 }

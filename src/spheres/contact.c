@@ -19,14 +19,27 @@ static PetscReal ForceScale(const DLMScene *scene, const DLMSphereSpec *spec)
          PetscSqrtReal(push) + volume * PetscSqrtReal(pressure);
 }
 
+/* Which bodies of the scene can move, and towards what. */
+static const char *WhyNone(const DLMScene *scene, DLMContact *contact)
+{
+  PetscInt free = 0, led = 0, walls = 0;
+
+  for (int d = 0; d < 3; d++) walls += !scene->box_periodic[d];
+  for (PetscInt i = 0; i < scene->n_spheres; i++) {
+    const DLMSphereSpec *s = &scene->spheres[i];
+    free += s->motion == DLM_MOTION_FREE;
+    led += s->motion == DLM_MOTION_FIXED && (s->velocity[0] != 0.0 || s->velocity[1] != 0.0 || s->velocity[2] != 0.0);
+  }
+  contact->can_meet = (PetscBool)(free + led > 0 && (walls || scene->n_spheres > 1));
+  if (!free) return "no sphere is free to move";
+  if (!contact->can_meet) return "one sphere and no walls";
+  if (contact->range == 0.0) return "-contact_range 0";
+  return contact->stiffness > 0.0 ? NULL : "no stiffness: nothing drives the bodies";
+}
+
 PetscErrorCode DLMContactCreate(const DLMScene *scene, DLMContact *contact)
 {
-  PetscBool walls = PETSC_FALSE;
-  PetscInt  moving = 0;
-
   PetscFunctionBeginUser;
-  for (int d = 0; d < 3; d++) walls = (PetscBool)(walls || !scene->box_periodic[d]);
-  for (PetscInt i = 0; i < scene->n_spheres; i++) moving += scene->spheres[i].motion == DLM_MOTION_FREE;
   contact->largest   = 0.0;
   contact->range     = scene->contact_range < 0.0 ? scene->h / 8.0 : scene->contact_range;
   contact->stiffness = scene->contact_stiffness;
@@ -34,7 +47,8 @@ PetscErrorCode DLMContactCreate(const DLMScene *scene, DLMContact *contact)
     contact->stiffness = 0.0;
     for (PetscInt i = 0; i < scene->n_spheres; i++) contact->stiffness = PetscMax(contact->stiffness, 5.0 * ForceScale(scene, &scene->spheres[i]));
   }
-  contact->exists = (PetscBool)(moving > 0 && (walls || scene->n_spheres > 1) && contact->range > 0.0 && contact->stiffness > 0.0);
+  contact->absent = WhyNone(scene, contact);
+  contact->exists = (PetscBool)!contact->absent;
   PetscFunctionReturn(0);
 }
 

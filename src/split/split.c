@@ -150,22 +150,33 @@ static PetscErrorCode TSSetFromOptions_Split(TS ts, PetscOptionItems *PetscOptio
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode DLMSplitDescribe(TS ts, size_t size, char text[])
+{
+  TS_Split *s    = (TS_Split *)ts->data;
+  size_t    used = 0;
+
+  PetscFunctionBegin;
+  text[0] = '\0';
+  for (PetscInt e = 0; e < MOST_SUBSTEPS && s->scheme->entry[e].verb; e++)
+    for (PetscInt k = 0; k < s->n && used < size; k++) {
+      PetscBool same;
+      PetscCall(PetscStrcmp(s->verb[k].name, s->scheme->entry[e].verb, &same));
+      if (same) used += (size_t)snprintf(text + used, size - used, " %s(%.3g)", s->verb[k].name, (double)s->scheme->entry[e].fraction);
+    }
+  PetscFunctionReturn(0);
+}
+
 static PetscErrorCode TSView_Split(TS ts, PetscViewer viewer)
 {
   TS_Split *s = (TS_Split *)ts->data;
   PetscBool ascii;
+  char      steps[256];
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
   if (!ascii) PetscFunctionReturn(0);
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  scheme %s, order %" PetscInt_FMT ":", s->scheme->name, s->scheme->order));
-  for (PetscInt e = 0; e < MOST_SUBSTEPS && s->scheme->entry[e].verb; e++)
-    for (PetscInt k = 0; k < s->n; k++) {
-      PetscBool same;
-      PetscCall(PetscStrcmp(s->verb[k].name, s->scheme->entry[e].verb, &same));
-      if (same) PetscCall(PetscViewerASCIIPrintf(viewer, " %s(%.3g)", s->verb[k].name, (double)s->scheme->entry[e].fraction));
-    }
-  PetscCall(PetscViewerASCIIPrintf(viewer, "\n"));
+  PetscCall(DLMSplitDescribe(ts, sizeof(steps), steps));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  scheme %s, order %" PetscInt_FMT ":%s\n", s->scheme->name, s->scheme->order, steps));
   PetscFunctionReturn(0);
 }
 

@@ -170,6 +170,16 @@ PetscErrorCode DLMStokesDestroy(DLMStokes *pointer)
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode DLMStokesGetPressureBlocks(DLMStokes stokes, PetscReal *bytes, const char **absent)
+{
+  const DLMBox *box = stokes->box;
+
+  PetscFunctionBeginUser;
+  *bytes  = box->pressure ? box->schur_bytes : 0.0;
+  *absent = box->pressure ? NULL : (box->velocity->is_complex ? "over -stokes_block_limit: conjugate gradients on the pressure" : "fewer than two periodic axes: conjugate gradients on the pressure");
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode DLMStokesView(DLMStokes stokes, PetscViewer viewer)
 {
   PetscReal bytes;

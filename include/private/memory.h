@@ -1,0 +1,10 @@
+#ifndef DLM_MEMORY_H
+#define DLM_MEMORY_H
+
+#include <petscsys.h>
+
+/* Bytes that this rank has on the heap now: everything that was asked for and not given back, by whichever library. Not collective. */
+PETSC_INTERN PetscReal DLMMemoryInUse(void);
+/* Most bytes that this process has held so far, its code and libraries included. Not collective. */
+PETSC_INTERN PetscReal DLMMemoryPeak(void);
+#endif

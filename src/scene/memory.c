@@ -1,0 +1,28 @@
+#include <sys/resource.h>
+#include "../../include/private/memory.h"
+#if defined(__SANITIZE_ADDRESS__)
+  #include <sanitizer/allocator_interface.h>
+#elif defined(__GLIBC__)
+  #include <malloc.h>
+#endif
+
+PetscReal DLMMemoryInUse(void)
+{
+#if defined(__SANITIZE_ADDRESS__)
+  return (PetscReal)__sanitizer_get_current_allocated_bytes();
+#elif defined(__GLIBC__) && __GLIBC_PREREQ(2, 33)
+  const struct mallinfo2 info = mallinfo2();
+  return (PetscReal)info.uordblks + (PetscReal)info.hblkhd;
+#else
+  PetscLogDouble resident = 0.0;
+  return PetscMemoryGetCurrentUsage(&resident) ? 0.0 : (PetscReal)resident;
+#endif
+}
+
+PetscReal DLMMemoryPeak(void)
+{
+  struct rusage usage;
+
+  getrusage(RUSAGE_SELF, &usage);
+  return 1024.0 * (PetscReal)usage.ru_maxrss;
+}
