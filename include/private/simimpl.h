@@ -92,6 +92,7 @@ struct _p_DLMSimulation {
   PetscReal       smallest_gap, largest_slip;   /* of the run so far */
   DLMCheckpointFile *restart;    /* open from Create to Solve, NULL if the run starts anew */
   PetscInt        first_step;    /* that the run starts from */
+  PetscInt        saved_step;    /* of the checkpoint.h5 that this run has written, or -1 */
   PetscBool       checkpoint_due; /* after the outputs of this step, like stop_signal the same on every rank */
   int             stop_signal;   /* that ended the run, or 0 */
   PetscLogDouble  last_checkpoint;

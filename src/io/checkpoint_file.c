@@ -4,38 +4,14 @@
 #include <unistd.h>
 #include "../../include/dlmscene.h"
 #include "../../include/private/checkpoint.h"
-
-#define H5Get(result, call) \
-  do { \
-    (result) = call; \
-    PetscCheck((result) >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "%s failed on a checkpoint", #call); \
-  } while (0)
-#define H5Do(call) \
-  do { \
-    long long h5_status_; \
-    H5Get(h5_status_, call); \
-  } while (0)
+#include "../../include/private/natural.h"
+#include "../../include/private/wholefile.h"
 
 static PetscBool IsFirst(const DLMCheckpointFile *file)
 {
   PetscMPIInt rank;
 
   return (PetscBool)(!MPI_Comm_rank(file->comm, &rank) && rank == 0);
-}
-
-/* CRC-64 of ECMA-182, reflected. Starts from crc = 0. */
-static uint64_t AddCRC(uint64_t crc, const unsigned char *data, size_t n)
-{
-  static uint64_t table[256];
-
-  if (!table[1])
-    for (int i = 0; i < 256; i++) {
-      table[i] = (uint64_t)i;
-      for (int k = 0; k < 8; k++) table[i] = (table[i] >> 1) ^ (table[i] & 1 ? UINT64_C(0xc96c5795d7870f42) : 0);
-    }
-  crc = ~crc;
-  for (size_t i = 0; i < n; i++) crc = table[(crc ^ data[i]) & 255] ^ (crc >> 8);
-  return ~crc;
 }
 
 static void WriteHead(char head[DLM_CHECKPOINT_HEAD], int format, const char *version, long long bytes, uint64_t crc)
@@ -60,15 +36,9 @@ static PetscErrorCode NewFile(MPI_Comm comm, const char *path, PetscBool writing
 
 PetscErrorCode DLMCheckpointFileCreate(MPI_Comm comm, const char *path, DLMCheckpointFile **file)
 {
-  hid_t access;
-
   PetscFunctionBegin;
   PetscCall(NewFile(comm, path, PETSC_TRUE, file));
-  if (!IsFirst(*file)) PetscFunctionReturn(0);
-  H5Get(access, H5Pcreate(H5P_FILE_ACCESS));
-  H5Do(H5Pset_fapl_core(access, (size_t)1 << 24, 0));
-  H5Get((*file)->h5, H5Fcreate("checkpoint in memory", H5F_ACC_TRUNC, H5P_DEFAULT, access));
-  H5Do(H5Pclose(access));
+  if (IsFirst(*file)) PetscCall(DLMImageCreate(&(*file)->h5));
   PetscFunctionReturn(0);
 }
 
@@ -81,66 +51,20 @@ PetscErrorCode DLMCheckpointFileDestroy(DLMCheckpointFile **file)
   PetscFunctionReturn(0);
 }
 
-/* 0 or errno. */
-static int WriteAll(int fd, const void *data, size_t n)
-{
-  for (const char *p = data; n;) {
-    ssize_t done = write(fd, p, n < (1 << 30) ? n : (size_t)1 << 30);
-    if (done < 0 && errno == EINTR) continue;
-    if (done <= 0) return done ? errno : ENOSPC;
-    p += done;
-    n -= (size_t)done;
-  }
-  return 0;
-}
-
-/* Head and image to path through path.new. Returns 0 or errno. */
-static int Replace(const char *path, const char *head, const void *image, size_t n)
-{
-  char  fresh[PETSC_MAX_PATH_LEN + 8], folder[PETSC_MAX_PATH_LEN];
-  char *slash;
-  int   failed, fd;
-
-  snprintf(fresh, sizeof(fresh), "%s.new", path);
-  fd = open(fresh, O_WRONLY | O_CREAT | O_TRUNC, 0666);
-  if (fd < 0) return errno;
-  failed = WriteAll(fd, head, DLM_CHECKPOINT_HEAD);
-  if (!failed) failed = WriteAll(fd, image, n);
-  if (!failed && fsync(fd)) failed = errno;
-  if (close(fd) && !failed) failed = errno;
-  if (!failed && rename(fresh, path)) failed = errno;
-  if (failed) {
-    unlink(fresh);
-    return failed;
-  }
-  snprintf(folder, sizeof(folder), "%s", path);
-  slash = strrchr(folder, '/');
-  if (slash) slash[slash == folder] = '\0';
-  fd = open(slash ? folder : ".", O_RDONLY); /* the new name itself must reach the disk */
-  if (fd >= 0) {
-    fsync(fd);
-    close(fd);
-  }
-  return 0;
-}
-
 PetscErrorCode DLMCheckpointFileSave(DLMCheckpointFile *file, int *failed)
 {
   PetscFunctionBegin;
   *failed = 0;
   if (IsFirst(file)) {
     char     head[DLM_CHECKPOINT_HEAD];
-    ssize_t  n;
+    size_t   n;
     void    *image;
     uint64_t crc;
-    H5Do(H5Fflush(file->h5, H5F_SCOPE_GLOBAL));
-    H5Get(n, H5Fget_file_image(file->h5, NULL, 0));
-    PetscCall(PetscMalloc(n, &image));
-    H5Do(H5Fget_file_image(file->h5, image, (size_t)n));
+    PetscCall(DLMImageGetBytes(file->h5, &image, &n));
     WriteHead(head, DLM_CHECKPOINT_FORMAT, DLM_VERSION, (long long)n + DLM_CHECKPOINT_HEAD, 0);
-    crc = AddCRC(AddCRC(0, (unsigned char *)head, sizeof(head)), image, (size_t)n);
+    crc = DLMFileCRC(DLMFileCRC(0, (unsigned char *)head, sizeof(head)), image, n);
     WriteHead(head, DLM_CHECKPOINT_FORMAT, DLM_VERSION, (long long)n + DLM_CHECKPOINT_HEAD, crc);
-    *failed = Replace(file->path, head, image, (size_t)n);
+    *failed = DLMFileReplace(file->path, head, sizeof(head), image, n);
     PetscCall(PetscFree(image));
   }
   PetscCallMPI(MPI_Bcast(failed, 1, MPI_INT, 0, file->comm));
@@ -169,8 +93,8 @@ static void Inspect(const char *path, char problem[], size_t size)
     snprintf(problem, size, "has format %d, written by dlmfd %s; allowed: format %d", format, version, DLM_CHECKPOINT_FORMAT);
   } else {
     WriteHead(plain, format, version, bytes, 0);
-    crc = AddCRC(0, (unsigned char *)plain, sizeof(plain));
-    for (found = sizeof(head); (n = read(fd, buffer, sizeof(buffer))) > 0; found += n) crc = AddCRC(crc, buffer, (size_t)n);
+    crc = DLMFileCRC(0, (unsigned char *)plain, sizeof(plain));
+    for (found = sizeof(head); (n = read(fd, buffer, sizeof(buffer))) > 0; found += n) crc = DLMFileCRC(crc, buffer, (size_t)n);
     WriteHead(plain, format, version, bytes, told);
     if (n < 0) snprintf(problem, size, "cannot be read (%s)", strerror(errno));
     else if (found != bytes) snprintf(problem, size, "is damaged: it has %lld bytes and should have %lld", found, bytes);
@@ -277,32 +201,18 @@ PetscErrorCode DLMCheckpointText(DLMCheckpointFile *file, const char *name, char
 
 PetscErrorCode DLMCheckpointField(DLMCheckpointFile *file, const char *name, DM dm, Vec v)
 {
-  PetscInt     nodes[3], dof;
-  Vec          natural, all;
-  VecScatter   gather;
+  PetscInt     n[3], dof;
+  DLMNatural   natural;
   PetscScalar *x;
 
   PetscFunctionBegin;
-  PetscCall(DMDAGetInfo(dm, NULL, &nodes[0], &nodes[1], &nodes[2], NULL, NULL, NULL, &dof, NULL, NULL, NULL, NULL, NULL));
-  PetscCall(DMDACreateNaturalVector(dm, &natural));
-  PetscCall(VecScatterCreateToZero(natural, &gather, &all));
-  if (file->writing) {
-    PetscCall(DMDAGlobalToNaturalBegin(dm, v, INSERT_VALUES, natural));
-    PetscCall(DMDAGlobalToNaturalEnd(dm, v, INSERT_VALUES, natural));
-    PetscCall(VecScatterBegin(gather, natural, all, INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecScatterEnd(gather, natural, all, INSERT_VALUES, SCATTER_FORWARD));
-  }
-  PetscCall(VecGetArray(all, &x));
-  if (IsFirst(file)) PetscCall(Move(file, name, H5T_NATIVE_DOUBLE, 4, (hsize_t[]){ (hsize_t)nodes[2], (hsize_t)nodes[1], (hsize_t)nodes[0], (hsize_t)dof }, x));
-  PetscCall(VecRestoreArray(all, &x));
-  if (!file->writing) {
-    PetscCall(VecScatterBegin(gather, all, natural, INSERT_VALUES, SCATTER_REVERSE));
-    PetscCall(VecScatterEnd(gather, all, natural, INSERT_VALUES, SCATTER_REVERSE));
-    PetscCall(DMDANaturalToGlobalBegin(dm, natural, INSERT_VALUES, v));
-    PetscCall(DMDANaturalToGlobalEnd(dm, natural, INSERT_VALUES, v));
-  }
-  PetscCall(VecScatterDestroy(&gather));
-  PetscCall(VecDestroy(&all));
-  PetscCall(VecDestroy(&natural));
+  PetscCall(DMDAGetInfo(dm, NULL, &n[0], &n[1], &n[2], NULL, NULL, NULL, &dof, NULL, NULL, NULL, NULL, NULL));
+  PetscCall(DLMNaturalCreate(dm, &natural));
+  if (file->writing) PetscCall(DLMNaturalGather(&natural, v));
+  PetscCall(VecGetArray(natural.all, &x));
+  if (IsFirst(file)) PetscCall(Move(file, name, H5T_NATIVE_DOUBLE, 4, (hsize_t[]){ (hsize_t)n[2], (hsize_t)n[1], (hsize_t)n[0], (hsize_t)dof }, x));
+  PetscCall(VecRestoreArray(natural.all, &x));
+  if (!file->writing) PetscCall(DLMNaturalSpread(&natural, v));
+  PetscCall(DLMNaturalDestroy(&natural));
   PetscFunctionReturn(0);
 }

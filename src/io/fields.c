@@ -67,8 +67,10 @@ static PetscErrorCode WriteConformation(DLMOutput output, DM velocity)
 
 PetscErrorCode DLMFieldsWrite(DLMOutput output, PetscInt step, PetscReal time)
 {
-  DM  velocity, pressure;
-  Vec x, u, p, shown;
+  DM   velocity, pressure;
+  Vec  x, u, p, shown;
+  int  failed;
+  char path[PETSC_MAX_PATH_LEN];
 
   PetscFunctionBegin;
   PetscCall(DLMGridGetDMs(output->sim->grid, &velocity, &pressure));
@@ -90,7 +92,8 @@ PetscErrorCode DLMFieldsWrite(DLMOutput output, PetscInt step, PetscReal time)
   PetscCall(DLMFieldFileWriteVec(output->fields, "pressure_mesh", "pressure", pressure, p));
   if (output->sim->polymer) PetscCall(WriteConformation(output, velocity));
   if (output->sim->spheres) PetscCall(WriteSpheres(output));
-  PetscCall(DLMFieldFileEndStep(output->fields));
   PetscCall(DLMStokesRestoreParts(output->sim->stokes, x, &u, &p));
+  PetscCall(DLMFieldFileEndStep(output->fields, &failed, path));
+  PetscCall(DLMOutputRequire(output->sim, failed, path));
   PetscFunctionReturn(0);
 }

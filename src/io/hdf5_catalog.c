@@ -1,285 +1,186 @@
-/*
-  What fields.h5 holds: the tables of meshes and steps, kept in memory, read back from it after a restart.
-*/
-#include "private/dlmfieldsio.h"
-#include "dlmscene.h"
-#include <stdio.h>
+/* The outputs of fields that are on the disk: found at a restart, tied together by fields.h5 and fields.xmf. All of rank 0. */
+#include <dirent.h>
+#include <errno.h>
+#include <inttypes.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include "../../include/private/dlmfieldsio.h"
+#include "../../include/private/wholefile.h"
 
-PetscErrorCode DLMFieldFilePutAttribute(DLMFieldFile file, hid_t object, const char *name, hid_t type,
-                                        hsize_t n, const void *data)
+/* The step of a file of the folder fields, -1 if it is something else. */
+static PetscInt StepOf(const char *name)
 {
-  hid_t space, attribute;
+  char     again[64];
+  PetscInt step = (PetscInt)(strncmp(name, "step_", 5) ? -1 : strtol(name + 5, NULL, 10));
 
-  PetscFunctionBeginUser;
-  H5CallGet(file, space, H5Screate_simple, (1, &n, NULL));
-  H5CallGet(file, attribute, H5Acreate2, (object, name, type, space, H5P_DEFAULT, H5P_DEFAULT));
-  H5Call(file, H5Awrite, (attribute, type, data));
-  H5Call(file, H5Aclose, (attribute));
-  H5Call(file, H5Sclose, (space));
-  PetscFunctionReturn(0);
+  snprintf(again, sizeof(again), DLM_STEP_NAME ".h5", step);
+  return strcmp(name, again) ? -1 : step;
 }
 
-static PetscErrorCode GetAttribute(DLMFieldFile file, hid_t object, const char *name, hid_t type, void *data)
+static int Ascending(const void *a, const void *b)
 {
-  hid_t attribute;
-
-  PetscFunctionBeginUser;
-  H5CallGet(file, attribute, H5Aopen, (object, name, H5P_DEFAULT));
-  H5Call(file, H5Aread, (attribute, type, data));
-  H5Call(file, H5Aclose, (attribute));
-  PetscFunctionReturn(0);
+  return *(const PetscInt *)a < *(const PetscInt *)b ? -1 : *(const PetscInt *)a > *(const PetscInt *)b;
 }
 
-PetscErrorCode DLMFieldFileNameType(DLMFieldFile file, hid_t *type)
+/* The steps of the folder, ascending; the caller frees them. */
+static PetscErrorCode ListSteps(DLMFieldFile file, PetscInt *n, PetscInt **steps)
 {
-  PetscFunctionBeginUser;
-  H5CallGet(file, *type, H5Tcopy, (H5T_C_S1));
-  H5Call(file, H5Tset_size, (*type, DLM_FIELD_NAME));
-  PetscFunctionReturn(0);
-}
+  char           path[PETSC_MAX_PATH_LEN];
+  struct dirent *entry;
+  DIR           *folder;
 
-PetscErrorCode DLMFieldFileOpenH5(DLMFieldFile file, PetscBool create)
-{
-  hid_t access, creation;
-
-  PetscFunctionBeginUser;
-  H5CallGet(file, creation, H5Pcreate, (H5P_FILE_CREATE));
-  H5Call(file, H5Pset_link_creation_order, (creation, H5P_CRT_ORDER_TRACKED));
-  H5CallGet(file, access, H5Pcreate, (H5P_FILE_ACCESS));
-  H5Call(file, H5Pset_fapl_mpio, (access, file->comm, MPI_INFO_NULL));
-  H5Call(file, H5Pset_all_coll_metadata_ops, (access, 1));
-  H5Call(file, H5Pset_coll_metadata_write, (access, 1));
-  H5E_BEGIN_TRY
-  {
-    if (create) file->h5 = H5Fcreate(file->h5_path, H5F_ACC_TRUNC, creation, access);
-    else file->h5 = H5Fopen(file->h5_path, H5F_ACC_RDWR, access);
+  PetscFunctionBegin;
+  *n     = 0;
+  *steps = NULL;
+  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/fields", file->dir));
+  folder = opendir(path);
+  while (folder && (entry = readdir(folder))) {
+    if (StepOf(entry->d_name) < 0) continue;
+    PetscCall(PetscRealloc((size_t)(*n + 1) * sizeof(**steps), steps));
+    (*steps)[(*n)++] = StepOf(entry->d_name);
   }
-  H5E_END_TRY
-  DLMUserCheck(
-      file->h5 >= 0, file->comm,
-      create ? "cannot create %s: does its folder exist, may it be written?"
-             : "cannot open %s (a run killed while it wrote may leave it broken: move it away to continue)",
-      file->h5_path);
-  H5Call(file, H5Pclose, (access));
-  H5Call(file, H5Pclose, (creation));
+  if (folder) closedir(folder);
+  if (*n) qsort(*steps, (size_t)*n, sizeof(**steps), Ascending);
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode DLMFieldFileCloseH5(DLMFieldFile file)
+#define HEAD "dlmfd fields\nhead %zu bytes %lld text %zu crc64 %016" PRIx64 "\n\n"
+
+PetscErrorCode DLMFieldFileMakeHead(const char *xdmf, size_t n_image, char **head, size_t *n)
 {
-  PetscFunctionBeginUser;
-  H5Call(file, H5Fclose, (file->h5));
-  file->h5 = -1;
+  const size_t   text = strlen(xdmf);
+  const uint64_t crc  = DLMFileCRC(0, xdmf, text);
+  int            first;
+
+  PetscFunctionBegin;
+  for (*n = 512; *n < text + 128; *n *= 2) { }
+  PetscCall(PetscCalloc1(*n, head));
+  first = snprintf(*head, *n, HEAD, *n, (long long)(*n + n_image), text, crc);
+  PetscCall(PetscArraycpy(*head + first, xdmf, text));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode DLMFieldFileNewGroup(DLMFieldFile file, hid_t parent, const char *name, hid_t *group)
+/* The part of fields.xmf in the head of an output, malloc'ed; NULL if the file is not one, not whole, or its head is damaged. */
+static char *ReadXdmf(const char *path)
 {
-  hid_t creation;
+  char        first[128] = "", again[128], *text = NULL;
+  size_t      head = 0, n = 0;
+  long long   bytes = 0;
+  uint64_t    crc = 0;
+  struct stat status;
+  FILE       *in = fopen(path, "rb");
 
-  PetscFunctionBeginUser;
-  H5CallGet(file, creation, H5Pcreate, (H5P_GROUP_CREATE));
-  H5Call(file, H5Pset_link_creation_order, (creation, H5P_CRT_ORDER_TRACKED));
-  H5CallGet(file, *group, H5Gcreate2, (parent, name, H5P_DEFAULT, creation, H5P_DEFAULT));
-  H5Call(file, H5Pclose, (creation));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode DLMFieldFileNewStep(DLMFieldFile file, PetscInt step, PetscReal time)
-{
-  PetscFunctionBeginUser;
-  PetscCall(PetscRealloc((file->n_steps + 1) * sizeof(*file->steps), &file->steps));
-  file->steps[file->n_steps++] = (DLMFieldStep){.step = step, .time = time};
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode DLMFieldFileNewField(DLMFieldStep *step, const char *name, PetscInt mesh, PetscInt dof)
-{
-  DLMFieldEntry *field;
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscRealloc((step->n_fields + 1) * sizeof(*step->fields), &step->fields));
-  field = &step->fields[step->n_fields++];
-  PetscCall(PetscStrncpy(field->name, name, DLM_FIELD_NAME));
-  field->mesh = mesh;
-  field->dof = dof;
-  PetscFunctionReturn(0);
-}
-
-PetscInt DLMFieldFileFindMesh(DLMFieldFile file, const char *name)
-{
-  for (PetscInt m = 0; m < file->n_meshes; m++)
-    if (!strcmp(file->meshes[m].name, name)) return m;
-  return -1;
-}
-
-PetscErrorCode DLMFieldFileDropSteps(DLMFieldFile file, PetscInt first)
-{
-  PetscFunctionBeginUser;
-  while (file->n_steps && file->steps[file->n_steps - 1].step >= first) {
-    DLMFieldStep *last = &file->steps[file->n_steps - 1];
-    char          name[DLM_FIELD_NAME];
-    PetscCall(PetscSNPrintf(name, sizeof(name), DLM_STEP_NAME, last->step));
-    H5Call(file, H5Ldelete, (file->h5, name, H5P_DEFAULT));
-    PetscCall(PetscFree(last->fields));
-    file->n_steps--;
+  if (!in) return NULL;
+  if (fread(first, 1, sizeof(first) - 1, in) > 0 && sscanf(first, "dlmfd fields head %zu bytes %lld text %zu crc64 %" SCNx64, &head, &bytes, &n, &crc) == 4 &&
+      snprintf(again, sizeof(again), HEAD, head, bytes, n, crc) < (int)sizeof(again) && !strncmp(first, again, strlen(again)) && !fstat(fileno(in), &status) &&
+      status.st_size == bytes && n < head && (long long)head < bytes && !fseek(in, (long)strlen(again), SEEK_SET))
+    text = malloc(n + 1);
+  if (text && (fread(text, 1, n, in) != n || DLMFileCRC(0, text, n) != crc)) {
+    free(text);
+    text = NULL;
   }
+  if (text) text[n] = '\0';
+  fclose(in);
+  return text;
+}
+
+PetscErrorCode DLMFieldFileReadCatalog(DLMFieldFile file, PetscInt keep_through, char problem[], size_t size)
+{
+  PetscInt  n, *steps;
+  char      path[PETSC_MAX_PATH_LEN];
+
+  PetscFunctionBegin;
+  PetscCall(ListSteps(file, &n, &steps));
+  for (PetscInt s = 0; s < n && steps[s] <= keep_through && !problem[0]; s++) {
+    char *xdmf;
+    PetscCall(PetscSNPrintf(path, sizeof(path), "%s/fields/" DLM_STEP_NAME ".h5", file->dir, steps[s]));
+    xdmf = ReadXdmf(path);
+    if (xdmf) PetscCall(DLMFieldFileAddStep(file, steps[s], xdmf));
+    else PetscCall(PetscSNPrintf(problem, size, "%s cannot be read or is damaged, and -restart goes on after it; allowed: a whole output, or none: move this one away", path));
+  }
+  PetscCall(PetscFree(steps));
   PetscFunctionReturn(0);
 }
 
-static PetscBool SameMesh(const DLMFieldMesh *a, const DLMFieldMesh *b)
+static PetscBool Known(DLMFieldFile file, PetscInt step)
 {
-  for (int i = 0; i < 3; i++) {
-    PetscReal slack = 1e-9 * a->spacing[i];
-    if (a->nodes[i] != b->nodes[i] || a->periodic[i] != b->periodic[i]) return PETSC_FALSE;
-    if (PetscAbsReal(a->spacing[i] - b->spacing[i]) > slack) return PETSC_FALSE;
-    if (PetscAbsReal(a->origin[i] - b->origin[i]) > slack) return PETSC_FALSE;
-  }
-  return PETSC_TRUE;
+  for (PetscInt s = 0; s < file->n_steps; s++)
+    if (file->steps[s].step == step) return PETSC_TRUE;
+  return PETSC_FALSE;
 }
 
-static PetscErrorCode PutMesh(DLMFieldFile file, const DLMFieldMesh *mesh)
+PetscErrorCode DLMFieldFileSweep(DLMFieldFile file)
 {
-  hid_t group, object;
+  char           path[PETSC_MAX_PATH_LEN], bare[64];
+  struct dirent *entry;
+  DIR           *folder;
 
-  PetscFunctionBeginUser;
-  PetscCall(DLMFieldFileOpenH5(file, PETSC_FALSE));
-  H5CallGet(file, group, H5Gopen2, (file->h5, "meshes", H5P_DEFAULT));
-  PetscCall(DLMFieldFileNewGroup(file, group, mesh->name, &object));
-  PetscCall(DLMFieldFilePutAttribute(file, object, "nodes", H5_INT, 3, mesh->nodes));
-  PetscCall(DLMFieldFilePutAttribute(file, object, "periodic", H5_INT, 3, mesh->periodic));
-  PetscCall(DLMFieldFilePutAttribute(file, object, "origin", H5_REAL, 3, mesh->origin));
-  PetscCall(DLMFieldFilePutAttribute(file, object, "spacing", H5_REAL, 3, mesh->spacing));
-  H5Call(file, H5Gclose, (object));
-  H5Call(file, H5Gclose, (group));
-  PetscCall(DLMFieldFileCloseH5(file));
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/fields", file->dir));
+  folder = opendir(path);
+  while (folder && (entry = readdir(folder))) {
+    const size_t    length = strlen(entry->d_name);
+    const PetscBool fresh  = (PetscBool)(length > 4 && !strcmp(entry->d_name + length - 4, ".new"));
+    snprintf(bare, sizeof(bare), "%.*s", (int)(fresh ? length - 4 : length), entry->d_name);
+    if (StepOf(bare) < 0 || (!fresh && Known(file, StepOf(bare)))) continue;
+    PetscCall(PetscSNPrintf(path, sizeof(path), "%s/fields/%s", file->dir, entry->d_name));
+    unlink(path);
+  }
+  if (folder) closedir(folder);
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode DLMFieldFileAddMesh(DLMFieldFile file, const char *name, const PetscInt nodes[3],
-                                   const PetscReal origin[3], const PetscReal spacing[3],
-                                   const PetscBool periodic[3])
+PetscErrorCode DLMFieldFileAddStep(DLMFieldFile file, PetscInt step, char *xdmf)
 {
-  DLMFieldMesh mesh = {.name = ""};
-  PetscInt     known;
+  DLMFieldStep *steps;
 
-  PetscFunctionBeginUser;
-  PetscCall(PetscStrncpy(mesh.name, name, DLM_FIELD_NAME));
-  for (int i = 0; i < 3; i++) {
-    mesh.nodes[i] = nodes[i];
-    mesh.periodic[i] = periodic[i] ? 1 : 0;
-    mesh.origin[i] = origin[i];
-    mesh.spacing[i] = spacing[i];
-  }
-  known = DLMFieldFileFindMesh(file, name);
-  if (known >= 0) {
-    DLMUserCheck(
-        SameMesh(&mesh, &file->meshes[known]), file->comm,
-        "mesh %s differs from the one in %s: continue with the same box and resolution, or in another folder",
-        name, file->h5_path);
-    PetscFunctionReturn(0);
-  }
-  PetscCall(PutMesh(file, &mesh));
-  PetscCall(PetscRealloc((file->n_meshes + 1) * sizeof(mesh), &file->meshes));
-  file->meshes[file->n_meshes++] = mesh;
+  PetscFunctionBegin;
+  while (file->n_steps && file->steps[file->n_steps - 1].step >= step) free(file->steps[--file->n_steps].xdmf);
+  steps = realloc(file->steps, (size_t)(file->n_steps + 1) * sizeof(*steps));
+  PetscCheck(steps, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the table of outputs");
+  file->steps = steps;
+  file->steps[file->n_steps++] = (DLMFieldStep){ step, xdmf };
   PetscFunctionReturn(0);
 }
 
-/* Name of the i-th link of a group, in the order of creation. */
-static PetscErrorCode LinkName(DLMFieldFile file, hid_t group, hsize_t i, char name[DLM_FIELD_NAME])
+/* fields.h5 in memory. */
+static PetscErrorCode MakeLinks(DLMFieldFile file, void **image, size_t *n)
 {
-  PetscFunctionBeginUser;
-  H5Call(file, H5Lget_name_by_idx,
-         (group, ".", H5_INDEX_CRT_ORDER, H5_ITER_INC, i, name, DLM_FIELD_NAME, H5P_DEFAULT));
+  char  target[64], name[64];
+  hid_t h5;
+
+  PetscFunctionBegin;
+  PetscCall(DLMImageCreate(&h5));
+  for (PetscInt s = 0; s < file->n_steps; s++) {
+    PetscCall(PetscSNPrintf(target, sizeof(target), "fields/" DLM_STEP_NAME ".h5", file->steps[s].step));
+    PetscCall(PetscSNPrintf(name, sizeof(name), DLM_STEP_NAME, file->steps[s].step));
+    H5Do(H5Lcreate_external(target, "/", h5, name, H5P_DEFAULT, H5P_DEFAULT));
+  }
+  if (file->n_steps) H5Do(H5Lcreate_external(target, "/meshes", h5, "meshes", H5P_DEFAULT, H5P_DEFAULT));
+  PetscCall(DLMImageGetBytes(h5, image, n));
+  H5Do(H5Fclose(h5));
   PetscFunctionReturn(0);
 }
 
-static PetscErrorCode ReadMesh(DLMFieldFile file, hid_t group, const char *name)
+PetscErrorCode DLMFieldFileWriteIndex(DLMFieldFile file, int *failed, char path[PETSC_MAX_PATH_LEN])
 {
-  DLMFieldMesh mesh = {.name = ""};
-  hid_t        object;
+  void  *image;
+  char  *text = NULL;
+  size_t n    = 0;
+  FILE  *out;
 
-  PetscFunctionBeginUser;
-  PetscCall(PetscStrncpy(mesh.name, name, DLM_FIELD_NAME));
-  H5CallGet(file, object, H5Gopen2, (group, name, H5P_DEFAULT));
-  PetscCall(GetAttribute(file, object, "nodes", H5_INT, mesh.nodes));
-  PetscCall(GetAttribute(file, object, "periodic", H5_INT, mesh.periodic));
-  PetscCall(GetAttribute(file, object, "origin", H5_REAL, mesh.origin));
-  PetscCall(GetAttribute(file, object, "spacing", H5_REAL, mesh.spacing));
-  H5Call(file, H5Gclose, (object));
-  PetscCall(PetscRealloc((file->n_meshes + 1) * sizeof(mesh), &file->meshes));
-  file->meshes[file->n_meshes++] = mesh;
-  PetscFunctionReturn(0);
-}
-
-/* Adds the dataset name of a step's group to the step's fields, or notes the number of spheres. */
-static PetscErrorCode ReadField(DLMFieldFile file, hid_t group, const char *name, DLMFieldStep *step)
-{
-  PetscBool spheres;
-  hid_t     data, space, type;
-  hsize_t   dims[4];
-  int       rank;
-  char      mesh[DLM_FIELD_NAME];
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscStrcmp(name, "spheres", &spheres));
-  H5CallGet(file, data, H5Dopen2, (group, spheres ? "spheres/id" : name, H5P_DEFAULT));
-  H5CallGet(file, space, H5Dget_space, (data));
-  H5CallGet(file, rank, H5Sget_simple_extent_dims, (space, dims, NULL));
-  if (spheres) {
-    step->n_spheres = (PetscInt)dims[0];
-  } else {
-    PetscCall(DLMFieldFileNameType(file, &type));
-    PetscCall(GetAttribute(file, data, "mesh", type, mesh));
-    PetscCall(
-        DLMFieldFileNewField(step, name, DLMFieldFileFindMesh(file, mesh), rank == 4 ? (PetscInt)dims[3] : 1));
-    H5Call(file, H5Tclose, (type));
-  }
-  H5Call(file, H5Sclose, (space));
-  H5Call(file, H5Dclose, (data));
-  PetscFunctionReturn(0);
-}
-
-static PetscErrorCode ReadStep(DLMFieldFile file, hid_t group)
-{
-  PetscInt   step;
-  PetscReal  time;
-  H5G_info_t info;
-  char       name[DLM_FIELD_NAME];
-
-  PetscFunctionBeginUser;
-  PetscCall(GetAttribute(file, group, "step", H5_INT, &step));
-  PetscCall(GetAttribute(file, group, "time", H5_REAL, &time));
-  PetscCall(DLMFieldFileNewStep(file, step, time));
-  H5Call(file, H5Gget_info, (group, &info));
-  for (hsize_t i = 0; i < info.nlinks; i++) {
-    PetscCall(LinkName(file, group, i, name));
-    PetscCall(ReadField(file, group, name, &file->steps[file->n_steps - 1]));
-  }
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode DLMFieldFileReadCatalog(DLMFieldFile file)
-{
-  hid_t      group;
-  H5G_info_t info;
-  char       name[DLM_FIELD_NAME];
-
-  PetscFunctionBeginUser;
-  H5CallGet(file, group, H5Gopen2, (file->h5, "meshes", H5P_DEFAULT));
-  H5Call(file, H5Gget_info, (group, &info));
-  for (hsize_t i = 0; i < info.nlinks; i++) {
-    PetscCall(LinkName(file, group, i, name));
-    PetscCall(ReadMesh(file, group, name));
-  }
-  H5Call(file, H5Gclose, (group));
-  H5Call(file, H5Gget_info, (file->h5, &info));
-  for (hsize_t i = 0; i < info.nlinks; i++) {
-    PetscCall(LinkName(file, file->h5, i, name));
-    if (strncmp(name, "step_", 5)) continue;
-    H5CallGet(file, group, H5Gopen2, (file->h5, name, H5P_DEFAULT));
-    PetscCall(ReadStep(file, group));
-    H5Call(file, H5Gclose, (group));
-  }
+  PetscFunctionBegin;
+  PetscCall(MakeLinks(file, &image, &n));
+  PetscCall(PetscSNPrintf(path, PETSC_MAX_PATH_LEN, "%s/fields.h5", file->dir));
+  *failed = DLMFileReplace(path, NULL, 0, image, n);
+  PetscCall(PetscFree(image));
+  if (*failed) PetscFunctionReturn(0);
+  out = open_memstream(&text, &n);
+  PetscCheck(out, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the text of fields.xmf");
+  DLMFieldFileWriteXdmf(file, out);
+  PetscCheck(!fclose(out), PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the text of fields.xmf");
+  PetscCall(PetscSNPrintf(path, PETSC_MAX_PATH_LEN, "%s/fields.xmf", file->dir));
+  *failed = DLMFileReplace(path, NULL, 0, text, n);
+  free(text);
   PetscFunctionReturn(0);
 }

@@ -1,39 +1,52 @@
-/*
-  Field output to fields.h5: create the file, write the steps. See dlmfieldsio.h for the layout.
+/* Field output: makes an output in memory, on rank 0, and brings it to the disk. See dlmfieldsio.h for the layout. */
+#include <errno.h>
+#include <sys/stat.h>
+#include "../../include/dlmscene.h"
+#include "../../include/private/dlmfieldsio.h"
+#include "../../include/private/natural.h"
+#include "../../include/private/wholefile.h"
 
-  HDF5's own C interface is used, not PETSc's viewer, because the file's shape is its interface: natural
-  ordering, closed periodic axes, one group per step.
-*/
-#include "private/dlmfieldsio.h"
-#include <stdio.h>
-#include <unistd.h>
+/* What is wrong, from rank 0 to all: nothing, or a user error. */
+static PetscErrorCode Agree(DLMFieldFile file, char problem[2 * PETSC_MAX_PATH_LEN])
+{
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Bcast(problem, 2 * PETSC_MAX_PATH_LEN, MPI_CHAR, 0, file->comm));
+  DLMUserCheck(!problem[0], file->comm, "%s", problem);
+  PetscFunctionReturn(0);
+}
+
+/* The folder as this run finds it; rank 0. */
+static PetscErrorCode TakeOver(DLMFieldFile file, PetscInt keep_through, char problem[], size_t size)
+{
+  char path[PETSC_MAX_PATH_LEN];
+  int  failed;
+
+  PetscFunctionBegin;
+  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/fields", file->dir));
+  failed = mkdir(path, 0777) && errno != EEXIST ? errno : 0;
+  if (!failed) {
+    PetscCall(DLMFieldFileReadCatalog(file, keep_through, problem, size));
+    if (problem[0]) PetscFunctionReturn(0);
+    PetscCall(DLMFieldFileWriteIndex(file, &failed, path));
+  }
+  if (failed) PetscCall(PetscSNPrintf(problem, size, "-output_dir %s: cannot write %s (%s); allowed: a folder that can be written, with space", file->dir, path, strerror(failed)));
+  else PetscCall(DLMFieldFileSweep(file));
+  PetscFunctionReturn(0);
+}
 
 PetscErrorCode DLMFieldFileCreate(MPI_Comm comm, const char *dir, PetscInt keep_through, DLMFieldFile *new_file)
 {
   DLMFieldFile file;
-  PetscMPIInt  rank;
-  int          present = 0;
-  hid_t        group;
+  char         problem[2 * PETSC_MAX_PATH_LEN] = "";
 
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&file));
   file->comm = comm;
-  file->h5 = file->group = -1;
-  PetscCall(PetscSNPrintf(file->h5_path, sizeof(file->h5_path), "%s/fields.h5", dir));
-  PetscCall(PetscSNPrintf(file->xmf_path, sizeof(file->xmf_path), "%s/fields.xmf", dir));
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (rank == 0) present = keep_through >= 0 && access(file->h5_path, F_OK) == 0;
-  PetscCallMPI(MPI_Bcast(&present, 1, MPI_INT, 0, comm));
-  PetscCall(DLMFieldFileOpenH5(file, present ? PETSC_FALSE : PETSC_TRUE));
-  if (present) {
-    PetscCall(DLMFieldFileReadCatalog(file));
-    PetscCall(DLMFieldFileDropSteps(file, keep_through + 1));
-  } else {
-    PetscCall(DLMFieldFileNewGroup(file, file->h5, "meshes", &group));
-    H5Call(file, H5Gclose, (group));
-  }
-  PetscCall(DLMFieldFileCloseH5(file));
-  if (rank == 0) PetscCall(DLMFieldFileWriteXdmf(file));
+  file->h5   = -1;
+  PetscCallMPI(MPI_Comm_rank(comm, &file->rank));
+  PetscCall(PetscStrncpy(file->dir, dir, sizeof(file->dir)));
+  if (file->rank == 0) PetscCall(TakeOver(file, keep_through, problem, sizeof(problem)));
+  PetscCall(Agree(file, problem));
   *new_file = file;
   PetscFunctionReturn(0);
 }
@@ -42,200 +55,217 @@ PetscErrorCode DLMFieldFileDestroy(DLMFieldFile *file)
 {
   PetscFunctionBeginUser;
   if (!*file) PetscFunctionReturn(0);
-  for (PetscInt s = 0; s < (*file)->n_steps; s++) PetscCall(PetscFree((*file)->steps[s].fields));
-  PetscCall(PetscFree((*file)->steps));
-  PetscCall(PetscFree((*file)->meshes));
+  for (PetscInt s = 0; s < (*file)->n_steps; s++) free((*file)->steps[s].xdmf);
+  free((*file)->steps);
   PetscCall(PetscFree(*file));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMFieldFileAddMesh(DLMFieldFile file, const char *name, const PetscInt nodes[3], const PetscReal origin[3], const PetscReal spacing[3],
+                                   const PetscBool periodic[3])
+{
+  DLMFieldMesh *mesh = &file->meshes[file->n_meshes];
+
+  PetscFunctionBeginUser;
+  PetscCheck(file->n_meshes < DLM_FIELD_MOST, file->comm, PETSC_ERR_ARG_OUTOFRANGE, "At most %d meshes", DLM_FIELD_MOST);
+  PetscCall(PetscStrncpy(mesh->name, name, DLM_FIELD_NAME));
+  for (int i = 0; i < 3; i++) {
+    mesh->nodes[i]    = nodes[i];
+    mesh->periodic[i] = periodic[i] ? 1 : 0;
+    mesh->origin[i]   = origin[i];
+    mesh->spacing[i]  = spacing[i];
+  }
+  file->n_meshes++;
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode PutAttribute(hid_t object, const char *name, hid_t type, hsize_t n, const void *data)
+{
+  hid_t space, attribute;
+
+  PetscFunctionBegin;
+  H5Get(space, H5Screate_simple(1, &n, NULL));
+  H5Get(attribute, H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT));
+  H5Do(H5Awrite(attribute, type, data));
+  H5Do(H5Aclose(attribute));
+  H5Do(H5Sclose(space));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode PutMeshes(DLMFieldFile file)
+{
+  hid_t meshes, group;
+
+  PetscFunctionBegin;
+  PetscCall(DLMImageNewGroup(file->h5, "meshes", &meshes));
+  for (const DLMFieldMesh *mesh = file->meshes; mesh < file->meshes + file->n_meshes; mesh++) {
+    PetscCall(DLMImageNewGroup(meshes, mesh->name, &group));
+    PetscCall(PutAttribute(group, "nodes", H5_INT, 3, mesh->nodes));
+    PetscCall(PutAttribute(group, "periodic", H5_INT, 3, mesh->periodic));
+    PetscCall(PutAttribute(group, "origin", H5_REAL, 3, mesh->origin));
+    PetscCall(PutAttribute(group, "spacing", H5_REAL, 3, mesh->spacing));
+    H5Do(H5Gclose(group));
+  }
+  H5Do(H5Gclose(meshes));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode DLMFieldFileBeginStep(DLMFieldFile file, PetscInt step, PetscReal time)
 {
-  char name[DLM_FIELD_NAME];
-
   PetscFunctionBeginUser;
-  PetscCall(DLMFieldFileOpenH5(file, PETSC_FALSE));
-  PetscCall(DLMFieldFileDropSteps(file, step));
-  PetscCall(PetscSNPrintf(name, sizeof(name), DLM_STEP_NAME, step));
-  PetscCall(DLMFieldFileNewGroup(file, file->h5, name, &file->group));
-  PetscCall(DLMFieldFilePutAttribute(file, file->group, "step", H5_INT, 1, &step));
-  PetscCall(DLMFieldFilePutAttribute(file, file->group, "time", H5_REAL, 1, &time));
-  PetscCall(DLMFieldFileNewStep(file, step, time));
+  file->step     = step;
+  file->time     = time;
+  file->n_fields = file->n_spheres = 0;
+  if (file->rank) PetscFunctionReturn(0);
+  PetscCall(DLMImageCreate(&file->h5));
+  PetscCall(PutAttribute(file->h5, "step", H5_INT, 1, &step));
+  PetscCall(PutAttribute(file->h5, "time", H5_REAL, 1, &time));
+  PetscCall(PutMeshes(file));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode DLMFieldFileEndStep(DLMFieldFile file)
+PetscErrorCode DLMFieldFileEndStep(DLMFieldFile file, int *failed, char path[PETSC_MAX_PATH_LEN])
 {
-  PetscMPIInt rank;
-
   PetscFunctionBeginUser;
-  H5Call(file, H5Gclose, (file->group));
-  file->group = -1;
-  PetscCall(DLMFieldFileCloseH5(file));
-  PetscCallMPI(MPI_Comm_rank(file->comm, &rank));
-  if (rank == 0) PetscCall(DLMFieldFileWriteXdmf(file));
-  PetscFunctionReturn(0);
-}
-
-/* The nodes a rank writes: its own and, if it has the first plane of a periodic axis, that plane again. */
-typedef struct {
-  PetscInt start[3], width[3], dof;
-  PetscInt repeat[3]; /* 1: plane 0 is written at index nodes too */
-  PetscInt nodes[3];
-} OwnedBox;
-
-/* Copies the owned nodes, repeated planes included, in the order in which HDF5 walks the selection below. */
-static void PackBox(const OwnedBox *box, const PetscScalar *array, PetscReal *packed)
-{
-  const PetscInt *w = box->width;
-
-  for (PetscInt k = 0; k < w[2] + box->repeat[2]; k++) {
-    for (PetscInt j = 0; j < w[1] + box->repeat[1]; j++) {
-      for (PetscInt i = 0; i < w[0] + box->repeat[0]; i++) {
-        const PetscScalar *node = array + (((k % w[2]) * w[1] + j % w[1]) * w[0] + i % w[0]) * box->dof;
-        for (PetscInt c = 0; c < box->dof; c++) *packed++ = PetscRealPart(node[c]);
-      }
-    }
+  *failed = 0;
+  if (file->rank == 0) {
+    char  *xdmf = DLMFieldFileXdmfOfStep(file), *head;
+    void  *image;
+    size_t n, n_head;
+    PetscCheck(xdmf, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the text of fields.xmf");
+    PetscCall(DLMImageGetBytes(file->h5, &image, &n));
+    H5Do(H5Fclose(file->h5));
+    file->h5 = -1;
+    PetscCall(PetscSNPrintf(path, PETSC_MAX_PATH_LEN, "%s/fields/" DLM_STEP_NAME ".h5", file->dir, file->step));
+    PetscCall(DLMFieldFileMakeHead(xdmf, n, &head, &n_head));
+    *failed = DLMFileReplace(path, head, n_head, image, n);
+    PetscCall(PetscFree(head));
+    PetscCall(PetscFree(image));
+    PetscCall(DLMFieldFileAddStep(file, file->step, xdmf));
+    if (!*failed) PetscCall(DLMFieldFileWriteIndex(file, failed, path));
   }
+  PetscCallMPI(MPI_Bcast(failed, 1, MPI_INT, 0, file->comm));
+  PetscFunctionReturn(0);
 }
 
-/* Selects in the file up to 2 x 2 x 2 boxes: along each axis the owned range and perhaps the repeated plane. */
-static PetscErrorCode SelectBox(DLMFieldFile file, const OwnedBox *box, hid_t space)
+/* The part of a dataset, or of the nodes in memory, at one corner of the box: along each axis all nodes, or the first plane, which the dataset has again. */
+static PetscErrorCode SelectCorner(const PetscInt nodes[3], PetscInt dof, int corner, PetscBool in_file, hid_t space)
 {
-  PetscFunctionBeginUser;
-  H5Call(file, H5Sselect_none, (space));
+  hsize_t start[4] = { 0, 0, 0, 0 }, count[4] = { 1, 1, 1, (hsize_t)dof };
+
+  PetscFunctionBegin;
+  for (int axis = 0; axis < 3; axis++) {
+    const PetscBool again = (PetscBool)((corner >> axis) & 1);
+    if (again && in_file) start[2 - axis] = (hsize_t)nodes[axis];
+    if (!again) count[2 - axis] = (hsize_t)nodes[axis];
+  }
+  H5Do(H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL));
+  PetscFunctionReturn(0);
+}
+
+/* x [n3][n2][n1][dof] as a dataset that repeats the first plane of periodic axes. */
+static PetscErrorCode WriteClosed(DLMFieldFile file, const DLMFieldMesh *mesh, const char *name, PetscInt dof, const PetscScalar *x)
+{
+  const int n_dims   = dof == 1 ? 3 : 4;
+  const int periodic = (int)(mesh->periodic[0] + 2 * mesh->periodic[1] + 4 * mesh->periodic[2]);
+  hsize_t   open[4] = { 0, 0, 0, (hsize_t)dof }, closed[4] = { 0, 0, 0, (hsize_t)dof };
+  hid_t     memory, space, data, type;
+
+  PetscFunctionBegin;
+  for (int axis = 0; axis < 3; axis++) {
+    open[2 - axis]   = (hsize_t)mesh->nodes[axis];
+    closed[2 - axis] = (hsize_t)(mesh->nodes[axis] + mesh->periodic[axis]);
+  }
+  H5Get(memory, H5Screate_simple(n_dims, open, NULL));
+  H5Get(space, H5Screate_simple(n_dims, closed, NULL));
+  H5Get(data, H5Dcreate2(file->h5, name, H5_REAL, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  H5Get(type, H5Tcopy(H5T_C_S1));
+  H5Do(H5Tset_size(type, DLM_FIELD_NAME));
+  PetscCall(PutAttribute(data, "mesh", type, 1, mesh->name));
+  H5Do(H5Tclose(type));
   for (int corner = 0; corner < 8; corner++) {
-    hsize_t   start[4] = {0, 0, 0, 0}, count[4] = {0, 0, 0, (hsize_t)box->dof};
-    PetscBool present = PETSC_TRUE;
-    for (int axis = 0; axis < 3; axis++) {
-      PetscBool again = (corner >> axis) & 1 ? PETSC_TRUE : PETSC_FALSE;
-      if (again && !box->repeat[axis]) present = PETSC_FALSE;
-      start[2 - axis] = (hsize_t)(again ? box->nodes[axis] : box->start[axis]);
-      count[2 - axis] = (hsize_t)(again ? 1 : box->width[axis]);
-    }
-    if (present) H5Call(file, H5Sselect_hyperslab, (space, H5S_SELECT_OR, start, NULL, count, NULL));
+    if (corner & ~periodic) continue;
+    PetscCall(SelectCorner(mesh->nodes, dof, corner, PETSC_FALSE, memory));
+    PetscCall(SelectCorner(mesh->nodes, dof, corner, PETSC_TRUE, space));
+    H5Do(H5Dwrite(data, H5_REAL, memory, space, H5P_DEFAULT, x));
   }
+  H5Do(H5Dclose(data));
+  H5Do(H5Sclose(space));
+  H5Do(H5Sclose(memory));
   PetscFunctionReturn(0);
 }
 
-/* Writes each rank's share, packed, at the current selection of the file's space. Collective. */
-static PetscErrorCode WriteData(DLMFieldFile file, hid_t data, hid_t type, hid_t space, const void *values)
+/* Notes the field for fields.xmf after a look at what it is. */
+static PetscErrorCode AddField(DLMFieldFile file, const char *mesh_name, const char *name, DM da, DLMFieldEntry **new_field)
 {
-  hid_t   transfer, memory;
-  hsize_t n = (hsize_t)H5Sget_select_npoints(space);
+  DLMFieldEntry *field = &file->fields[file->n_fields];
+  PetscInt       nodes[3];
 
-  PetscFunctionBeginUser;
-  H5CallGet(file, transfer, H5Pcreate, (H5P_DATASET_XFER));
-  H5Call(file, H5Pset_dxpl_mpio, (transfer, H5FD_MPIO_COLLECTIVE));
-  H5CallGet(file, memory, H5Screate_simple, (1, &n, NULL));
-  H5Call(file, H5Dwrite, (data, type, memory, space, transfer, values));
-  H5Call(file, H5Sclose, (memory));
-  H5Call(file, H5Pclose, (transfer));
-  PetscFunctionReturn(0);
-}
-
-/* The box of a DMDA on a mesh, checked. */
-static PetscErrorCode GetBox(DLMFieldFile file, const DLMFieldMesh *mesh, const char *name, DM da,
-                             OwnedBox *box)
-{
-  PetscInt *start = box->start, *width = box->width, *nodes = box->nodes;
-
-  PetscFunctionBeginUser;
-  PetscCall(DMDAGetInfo(da, NULL, &nodes[0], &nodes[1], &nodes[2], NULL, NULL, NULL, &box->dof, NULL, NULL,
-                        NULL, NULL, NULL));
-  PetscCall(DMDAGetCorners(da, &start[0], &start[1], &start[2], &width[0], &width[1], &width[2]));
-  PetscCheck(box->dof == 1 || box->dof == 3 || box->dof == 6, file->comm, PETSC_ERR_ARG_WRONG,
-             "Field %s has %" PetscInt_FMT " components; allowed: 1, 3, 6", name, box->dof);
-  for (int i = 0; i < 3; i++) {
-    PetscCheck(nodes[i] == mesh->nodes[i], file->comm, PETSC_ERR_ARG_SIZ,
-               "Field %s has %" PetscInt_FMT " nodes along x%d, mesh %s has %" PetscInt_FMT, name, nodes[i],
-               i + 1, mesh->name, mesh->nodes[i]);
-    box->repeat[i] = mesh->periodic[i] && start[i] == 0;
-  }
-  PetscFunctionReturn(0);
-}
-
-/* Creates the empty dataset of a field and marks its mesh. Collective. */
-static PetscErrorCode CreateField(DLMFieldFile file, const DLMFieldMesh *mesh, const char *name, PetscInt dof,
-                                  hid_t *data, hid_t *space)
-{
-  hid_t   type;
-  hsize_t dims[4] = {0, 0, 0, (hsize_t)dof};
-
-  PetscFunctionBeginUser;
-  for (int i = 0; i < 3; i++) dims[2 - i] = (hsize_t)(mesh->nodes[i] + mesh->periodic[i]);
-  H5CallGet(file, *space, H5Screate_simple, (dof == 1 ? 3 : 4, dims, NULL));
-  H5CallGet(file, *data, H5Dcreate2,
-            (file->group, name, H5_REAL, *space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
-  PetscCall(DLMFieldFileNameType(file, &type));
-  PetscCall(DLMFieldFilePutAttribute(file, *data, "mesh", type, 1, mesh->name));
-  H5Call(file, H5Tclose, (type));
+  PetscFunctionBegin;
+  PetscCheck(file->n_fields < DLM_FIELD_MOST, file->comm, PETSC_ERR_ARG_OUTOFRANGE, "At most %d fields", DLM_FIELD_MOST);
+  PetscCall(PetscStrncpy(field->name, name, DLM_FIELD_NAME));
+  for (field->mesh = 0; field->mesh < file->n_meshes && strcmp(file->meshes[field->mesh].name, mesh_name); field->mesh++) { }
+  PetscCheck(field->mesh < file->n_meshes, file->comm, PETSC_ERR_ARG_WRONG, "Field %s: no mesh named %s", name, mesh_name);
+  PetscCall(DMDAGetInfo(da, NULL, &nodes[0], &nodes[1], &nodes[2], NULL, NULL, NULL, &field->dof, NULL, NULL, NULL, NULL, NULL));
+  PetscCheck(field->dof == 1 || field->dof == 3 || field->dof == 6, file->comm, PETSC_ERR_ARG_WRONG,
+             "Field %s has %" PetscInt_FMT " components; allowed: 1, 3, 6", name, field->dof);
+  for (int i = 0; i < 3; i++)
+    PetscCheck(nodes[i] == file->meshes[field->mesh].nodes[i], file->comm, PETSC_ERR_ARG_SIZ, "Field %s has %" PetscInt_FMT " nodes along x%d, mesh %s has %" PetscInt_FMT,
+               name, nodes[i], i + 1, mesh_name, file->meshes[field->mesh].nodes[i]);
+  file->n_fields++;
+  *new_field = field;
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode DLMFieldFileWriteVec(DLMFieldFile file, const char *mesh_name, const char *name, DM da, Vec v)
 {
-  const PetscInt     mesh = DLMFieldFileFindMesh(file, mesh_name);
-  const PetscScalar *array;
-  PetscReal         *packed;
-  OwnedBox           box;
-  hid_t              space, data;
+  DLMFieldEntry     *field = NULL;
+  DLMNatural         natural;
+  const PetscScalar *x;
 
   PetscFunctionBeginUser;
-  PetscCheck(mesh >= 0, file->comm, PETSC_ERR_ARG_WRONG, "Field %s: no mesh named %s", name, mesh_name);
-  PetscCall(GetBox(file, &file->meshes[mesh], name, da, &box));
-  PetscCall(CreateField(file, &file->meshes[mesh], name, box.dof, &data, &space));
-  PetscCall(SelectBox(file, &box, space));
-  PetscCall(PetscMalloc1(H5Sget_select_npoints(space), &packed));
-  PetscCall(VecGetArrayRead(v, &array));
-  PackBox(&box, array, packed);
-  PetscCall(VecRestoreArrayRead(v, &array));
-  PetscCall(WriteData(file, data, H5_REAL, space, packed));
-  PetscCall(PetscFree(packed));
-  H5Call(file, H5Dclose, (data));
-  H5Call(file, H5Sclose, (space));
-  PetscCall(DLMFieldFileNewField(&file->steps[file->n_steps - 1], name, mesh, box.dof));
+  PetscCall(AddField(file, mesh_name, name, da, &field));
+  PetscCall(DLMNaturalCreate(da, &natural));
+  PetscCall(DLMNaturalGather(&natural, v));
+  PetscCall(VecGetArrayRead(natural.all, &x));
+  if (file->rank == 0) PetscCall(WriteClosed(file, &file->meshes[field->mesh], name, field->dof, x));
+  PetscCall(VecRestoreArrayRead(natural.all, &x));
+  PetscCall(DLMNaturalDestroy(&natural));
   PetscFunctionReturn(0);
 }
 
-/* Writes [n] or [n][3] values of rank 0. */
-static PetscErrorCode WriteFromFirst(DLMFieldFile file, hid_t group, const char *name, hid_t type, PetscInt n,
-                                     int dof, const void *values)
+/* [n] or [n][3] values. */
+static PetscErrorCode WriteRows(hid_t group, const char *name, hid_t type, PetscInt n, int dof, const void *values)
 {
-  hsize_t     dims[2] = {(hsize_t)n, (hsize_t)dof};
-  hid_t       space, data;
-  PetscMPIInt rank;
+  hsize_t dims[2] = { (hsize_t)n, (hsize_t)dof };
+  hid_t   space, data;
 
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(file->comm, &rank));
-  H5CallGet(file, space, H5Screate_simple, (dof == 1 ? 1 : 2, dims, NULL));
-  H5CallGet(file, data, H5Dcreate2, (group, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
-  if (rank) H5Call(file, H5Sselect_none, (space));
-  PetscCall(WriteData(file, data, type, space, values));
-  H5Call(file, H5Dclose, (data));
-  H5Call(file, H5Sclose, (space));
+  PetscFunctionBegin;
+  H5Get(space, H5Screate_simple(dof == 1 ? 1 : 2, dims, NULL));
+  H5Get(data, H5Dcreate2(group, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  H5Do(H5Dwrite(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values));
+  H5Do(H5Dclose(data));
+  H5Do(H5Sclose(space));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode DLMFieldFileWriteSpheres(DLMFieldFile file, PetscInt n, const PetscReal *x,
-                                        const PetscReal *radius, const PetscReal *V, const PetscReal *omega)
+PetscErrorCode DLMFieldFileWriteSpheres(DLMFieldFile file, PetscInt n, const PetscReal *x, const PetscReal *radius, const PetscReal *V, const PetscReal *omega)
 {
   hid_t group;
   int  *id;
 
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Bcast(&n, 1, MPIU_INT, 0, file->comm));
-  if (n == 0) PetscFunctionReturn(0);
+  file->n_spheres = n;
+  if (file->rank || !n) PetscFunctionReturn(0);
   PetscCall(PetscMalloc1(n, &id));
   for (PetscInt i = 0; i < n; i++) id[i] = (int)i;
-  PetscCall(DLMFieldFileNewGroup(file, file->group, "spheres", &group));
-  PetscCall(WriteFromFirst(file, group, "id", H5T_NATIVE_INT, n, 1, id));
-  PetscCall(WriteFromFirst(file, group, "center", H5_REAL, n, 3, x));
-  PetscCall(WriteFromFirst(file, group, "radius", H5_REAL, n, 1, radius));
-  PetscCall(WriteFromFirst(file, group, "velocity", H5_REAL, n, 3, V));
-  PetscCall(WriteFromFirst(file, group, "omega", H5_REAL, n, 3, omega));
-  H5Call(file, H5Gclose, (group));
+  PetscCall(DLMImageNewGroup(file->h5, "spheres", &group));
+  PetscCall(WriteRows(group, "id", H5T_NATIVE_INT, n, 1, id));
+  PetscCall(WriteRows(group, "center", H5_REAL, n, 3, x));
+  PetscCall(WriteRows(group, "radius", H5_REAL, n, 1, radius));
+  PetscCall(WriteRows(group, "velocity", H5_REAL, n, 3, V));
+  PetscCall(WriteRows(group, "omega", H5_REAL, n, 3, omega));
+  H5Do(H5Gclose(group));
   PetscCall(PetscFree(id));
-  file->steps[file->n_steps - 1].n_spheres = n;
   PetscFunctionReturn(0);
 }

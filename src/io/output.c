@@ -1,6 +1,7 @@
 #include <sys/stat.h>
 #include <errno.h>
 #include <signal.h>
+#include <unistd.h>
 #include "../../include/private/memory.h"
 #include "../../include/private/outputimpl.h"
 
@@ -17,16 +18,47 @@ static int MakeFolder(const char *path)
   return 0;
 }
 
-static PetscErrorCode CreateFolder(const DLMScene *scene)
+/* Where the run can go on from, if the file is still there. Rank 0. */
+static PetscErrorCode Advice(DLMSimulation sim, char text[], size_t size)
+{
+  const PetscBool saved = (PetscBool)(sim->saved_step >= 0);
+  char            path[PETSC_MAX_PATH_LEN];
+
+  PetscFunctionBegin;
+  if (saved) PetscCall(PetscSNPrintf(path, sizeof(path), "%s/checkpoint.h5", sim->scene->output_dir));
+  else PetscCall(PetscStrncpy(path, sim->scene->restart, sizeof(path)));
+  text[0] = '\0';
+  if (path[0] && access(path, R_OK) == 0)
+    PetscCall(PetscSNPrintf(text, size, "; -restart %s goes on from step %" PetscInt_FMT, path, saved ? sim->saved_step : sim->first_step));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMOutputRequire(DLMSimulation sim, int failed, const char *path)
+{
+  char        note[2 * PETSC_MAX_PATH_LEN] = "";
+  PetscMPIInt rank;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Bcast(&failed, 1, MPI_INT, 0, sim->scene->comm));
+  if (!failed) PetscFunctionReturn(0);
+  PetscCallMPI(MPI_Comm_rank(sim->scene->comm, &rank));
+  if (rank == 0) PetscCall(Advice(sim, note, sizeof(note))); /* rank 0 alone speaks */
+  DLMUserCheck(failed != DLM_FILE_CHANGED, sim->scene->comm, "-output_dir %s: %s is not as this run left it; allowed: a folder of its own for each run%s", sim->scene->output_dir, path,
+               note);
+  DLMUserCheck(PETSC_FALSE, sim->scene->comm, "-output_dir %s: cannot write %s (%s); allowed: a folder that can be written, with space%s", sim->scene->output_dir, path,
+               strerror(failed), note);
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode CreateFolder(DLMSimulation sim)
 {
   PetscMPIInt rank;
   int         failed = 0;
 
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
-  if (rank == 0) failed = MakeFolder(scene->output_dir);
-  PetscCallMPI(MPI_Bcast(&failed, 1, MPI_INT, 0, scene->comm));
-  DLMUserCheck(!failed, scene->comm, "output_dir: cannot create the folder %s (%s), give a folder that can be written", scene->output_dir, strerror(failed));
+  PetscCallMPI(MPI_Comm_rank(sim->scene->comm, &rank));
+  if (rank == 0) failed = MakeFolder(sim->scene->output_dir);
+  PetscCall(DLMOutputRequire(sim, failed, sim->scene->output_dir));
   PetscFunctionReturn(0);
 }
 
@@ -42,8 +74,8 @@ static PetscErrorCode WriteCheckpoint(DLMOutput output, PetscInt step, PetscReal
   PetscCall(TSGetTimeStep(sim->ts, &dt));
   PetscCall(PetscSNPrintf(path, sizeof(path), "%s/checkpoint.h5", sim->scene->output_dir));
   PetscCall(DLMCheckpointWrite(sim, path, dt, &failed));
-  DLMUserCheck(!failed, sim->scene->comm, "output_dir: cannot write %s (%s); the checkpoint before it, if any, is untouched: free some space or give another folder", path,
-               strerror(failed));
+  PetscCall(DLMOutputRequire(sim, failed, path));
+  sim->saved_step = step;
   PetscCall(PetscTime(&sim->last_checkpoint));
   PetscCallMPI(MPI_Comm_rank(sim->scene->comm, &rank));
   if (rank == 0 && sim->stop_signal)
@@ -51,17 +83,23 @@ static PetscErrorCode WriteCheckpoint(DLMOutput output, PetscInt step, PetscReal
   PetscFunctionReturn(0);
 }
 
-/* The checkpoint of an earlier run does not belong to the files of a new one, but is not thrown away. */
-static PetscErrorCode PutAside(const DLMScene *scene)
+/*
+  A summary tells that a run has ended: that of a run before goes. The checkpoint of an earlier run does not belong to the files of a new one, but is not
+  thrown away.
+*/
+static PetscErrorCode PutAside(DLMSimulation sim)
 {
   PetscMPIInt rank;
   char        path[PETSC_MAX_PATH_LEN], aside[PETSC_MAX_PATH_LEN];
 
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
-  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/checkpoint.h5", scene->output_dir));
-  PetscCall(PetscSNPrintf(aside, sizeof(aside), "%s/checkpoint_before.h5", scene->output_dir));
-  if (rank == 0 && rename(path, aside) == 0) printf("%s of an earlier run is now %s\n", path, aside);
+  PetscCallMPI(MPI_Comm_rank(sim->scene->comm, &rank));
+  if (rank) PetscFunctionReturn(0);
+  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/summary.json", sim->scene->output_dir));
+  unlink(path);
+  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/checkpoint.h5", sim->scene->output_dir));
+  PetscCall(PetscSNPrintf(aside, sizeof(aside), "%s/checkpoint_before.h5", sim->scene->output_dir));
+  if (sim->first_step < 0 && rename(path, aside) == 0) printf("%s of an earlier run is now %s\n", path, aside);
   PetscFunctionReturn(0);
 }
 
@@ -118,8 +156,8 @@ PetscErrorCode DLMOutputCreate(DLMSimulation sim, DLMOutput *new_output)
   PetscCall(PetscNew(&output));
   output->sim = sim;
   *new_output = output;
-  PetscCall(CreateFolder(sim->scene));
-  if (sim->first_step < 0) PetscCall(PutAside(sim->scene));
+  PetscCall(CreateFolder(sim));
+  PetscCall(PutAside(sim));
   PetscCall(PetscTime(&output->started));
   output->last_progress = output->started;
   PetscCall(TSGetTime(sim->ts, &output->start_time));
@@ -140,7 +178,6 @@ PetscErrorCode DLMOutputDestroy(DLMOutput *output)
 {
   PetscFunctionBegin;
   if (!*output) PetscFunctionReturn(0);
-  if ((*output)->trajectory) fclose((*output)->trajectory);
   PetscCall(DLMFieldFileDestroy(&(*output)->fields));
   PetscCall(PetscFree(*output));
   PetscFunctionReturn(0);

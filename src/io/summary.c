@@ -1,5 +1,7 @@
+#include <errno.h>
 #include "../../include/private/memory.h"
 #include "../../include/private/outputimpl.h"
+#include "../../include/private/wholefile.h"
 
 static void Vector(FILE *file, const char *name, const PetscReal x[3])
 {
@@ -140,55 +142,80 @@ static PetscErrorCode LargestDivergence(DLMSimulation sim, PetscReal *largest)
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode DLMSummaryWrite(DLMOutput output)
+/* Number of velocity nodes. */
+static long Nodes(const DLMScene *scene)
+{
+  long n = 1;
+
+  for (int d = 0; d < 3; d++) n *= scene->cells[d] + !scene->box_periodic[d];
+  return n;
+}
+
+/* What all ranks find together. */
+typedef struct {
+  PetscMPIInt ranks;
+  PetscReal   divergence, memory;
+} Findings;
+
+static PetscErrorCode WriteAll(FILE *file, DLMOutput output, const Findings *found)
 {
   DLMSimulation   sim   = output->sim;
   const DLMScene *scene = sim->scene;
-  PetscMPIInt     rank, size;
-  PetscReal       time, divergence, memory;
-  PetscInt        steps, rejected, order, written = 1;
+  PetscReal       time;
+  PetscInt        steps, rejected, order;
   PetscLogDouble  now;
   const char     *scheme;
-  char            path[PETSC_MAX_PATH_LEN];
   DLMModelled     modelled[DLM_N_PARTS];
 
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
-  PetscCallMPI(MPI_Comm_size(scene->comm, &size));
   PetscCall(TSGetTime(sim->ts, &time));
   PetscCall(TSGetStepNumber(sim->ts, &steps));
   PetscCall(TSGetStepRejections(sim->ts, &rejected));
   PetscCall(DLMSplitGetScheme(sim->ts, &scheme, &order));
   PetscCall(PetscTime(&now));
-  PetscCall(DLMSimulationCountWork(sim));
   PetscCall(DLMSimulationGetModelled(sim, modelled));
-  PetscCall(LargestDivergence(sim, &divergence));
-  memory = DLMMemoryPeak() / 1048576.0;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &memory, 1, MPIU_REAL, MPIU_SUM, scene->comm));
+  fprintf(file, "{\n  \"version\": \"%s\",\n", DLM_VERSION);
+  WriteScene(file, sim);
+  fprintf(file, "  \"nodes\": %ld,\n  \"ranks\": %d,\n  \"scheme\": \"%s\",\n  \"dt\": %.15g,\n  \"steps\": %ld,\n  \"steps_rejected\": %ld,\n",
+          Nodes(scene), found->ranks, scheme, (double)scene->ts_dt, (long)steps, (long)rejected);
+  fprintf(file, "  \"frame_velocity\": [%.15g, %.15g, %.15g],\n", (double)sim->frame_velocity[0], (double)sim->frame_velocity[1], (double)sim->frame_velocity[2]);
+  Number(file, "time", time);
+  Number(file, "seconds", now - output->started);
+  PetscCall(WriteWork(file, sim));
+  WriteModelled(file, modelled, sim->part);
+  Number(file, "peak_memory_MiB", found->memory);
+  Number(file, "largest_slip", sim->largest_slip);
+  Number(file, "smallest_gap", sim->smallest_gap);
+  Number(file, "largest_contact_force", sim->contact.largest);
+  if (sim->polymer) WriteHealth(file, sim);
+  fprintf(file, "  \"largest_divergence\": %.6g\n}\n", (double)found->divergence);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSummaryWrite(DLMOutput output)
+{
+  const MPI_Comm comm = output->sim->scene->comm;
+  PetscMPIInt    rank;
+  Findings       found;
+  int            failed = 0;
+  char           path[PETSC_MAX_PATH_LEN], *text = NULL;
+  size_t         size;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &found.ranks));
+  PetscCall(LargestDivergence(output->sim, &found.divergence));
+  PetscCall(DLMSimulationCountWork(output->sim));
+  found.memory = DLMMemoryPeak() / 1048576.0;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &found.memory, 1, MPIU_REAL, MPIU_SUM, comm));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/summary.json", output->sim->scene->output_dir));
   if (rank == 0) {
-    FILE *file;
-    PetscCall(PetscSNPrintf(path, sizeof(path), "%s/summary.json", scene->output_dir));
-    file = fopen(path, "w");
-    if (file) {
-      fprintf(file, "{\n  \"version\": \"%s\",\n", DLM_VERSION);
-      WriteScene(file, sim);
-      fprintf(file, "  \"nodes\": %ld,\n  \"ranks\": %d,\n  \"scheme\": \"%s\",\n  \"dt\": %.15g,\n  \"steps\": %ld,\n  \"steps_rejected\": %ld,\n", (long)(sim->grid ? (scene->cells[0] + !scene->box_periodic[0]) * (scene->cells[1] + !scene->box_periodic[1]) * (scene->cells[2] + !scene->box_periodic[2]) : 0),
-              size, scheme, (double)scene->ts_dt, (long)steps, (long)rejected);
-      fprintf(file, "  \"frame_velocity\": [%.15g, %.15g, %.15g],\n", (double)sim->frame_velocity[0], (double)sim->frame_velocity[1], (double)sim->frame_velocity[2]);
-      Number(file, "time", time);
-      Number(file, "seconds", now - output->started);
-      PetscCall(WriteWork(file, sim));
-      WriteModelled(file, modelled, sim->part);
-      Number(file, "peak_memory_MiB", memory);
-      Number(file, "largest_slip", sim->largest_slip);
-      Number(file, "smallest_gap", sim->smallest_gap);
-      Number(file, "largest_contact_force", sim->contact.largest);
-      if (sim->polymer) WriteHealth(file, sim);
-      fprintf(file, "  \"largest_divergence\": %.6g\n}\n", (double)divergence);
-    }
-    written = file && !ferror(file) && !fclose(file);
+    FILE *file = open_memstream(&text, &size);
+    PetscCheck(file, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for summary.json");
+    PetscCall(WriteAll(file, output, &found));
+    failed = fclose(file) ? ENOMEM : DLMFileReplace(path, text, size, NULL, 0);
+    free(text);
   }
-  PetscCallMPI(MPI_Bcast(&written, 1, MPIU_INT, 0, scene->comm));
-  DLMUserCheck(written, scene->comm, "output_dir: cannot write %s/summary.json, free some space or give another folder", scene->output_dir);
+  PetscCall(DLMOutputRequire(output->sim, failed, path));
   PetscFunctionReturn(0);
 }

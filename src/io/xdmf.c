@@ -1,116 +1,96 @@
 /*
-  The XDMF file: the light XML that tells ParaView what the arrays of fields.h5 mean.
+  The XDMF file: the light XML that tells ParaView what the arrays of the outputs mean.
 
-  One temporal collection; each step is a spatial collection of the meshes that have a field and of the spheres.
-  XDMF lists axes slowest first, so sizes, origin and spacing stand in the order x3, x2, x1.
+  One temporal collection; each output is a spatial collection of the meshes that have a field and of the spheres. XDMF lists axes slowest first, so sizes,
+  origin and spacing stand in the order x3, x2, x1.
 */
-#include "private/dlmfieldsio.h"
-#include <errno.h>
-#include <stdio.h>
+#include "../../include/private/dlmfieldsio.h"
 
 _Static_assert(sizeof(PetscReal) == 8, "fields.xmf says 8-byte numbers");
 #define H5_FLOAT "NumberType=\"Float\" Precision=\"8\" Format=\"HDF\""
+#define IN_FILE "fields/" DLM_STEP_NAME ".h5:"
 
 static const char *AttributeType(PetscInt dof)
 {
   return dof == 1 ? "Scalar" : dof == 3 ? "Vector" : "Tensor6";
 }
 
-static void WriteGrid(FILE *out, const DLMFieldStep *step, const DLMFieldMesh *mesh, PetscInt mesh_index)
+static void WriteGrid(FILE *out, DLMFieldFile file, PetscInt mesh_index)
 {
-  int n[3];
+  const DLMFieldMesh *mesh = &file->meshes[mesh_index];
+  int                 n[3];
 
   for (int i = 0; i < 3; i++) n[i] = (int)(mesh->nodes[i] + mesh->periodic[i]);
   fprintf(out, "        <Grid Name=\"%s\">\n", mesh->name);
-  fprintf(out, "          <Topology TopologyType=\"3DCoRectMesh\" Dimensions=\"%d %d %d\"/>\n", n[2], n[1],
-          n[0]);
+  fprintf(out, "          <Topology TopologyType=\"3DCoRectMesh\" Dimensions=\"%d %d %d\"/>\n", n[2], n[1], n[0]);
   fprintf(out, "          <Geometry GeometryType=\"ORIGIN_DXDYDZ\">\n");
   for (int i = 0; i < 2; i++) {
     const PetscReal *a = i ? mesh->spacing : mesh->origin;
-    fprintf(out,
-            "            <DataItem Name=\"%s\" Dimensions=\"3\" NumberType=\"Float\" Precision=\"8\" "
-            "Format=\"XML\">",
-            i ? "Spacing" : "Origin");
+    fprintf(out, "            <DataItem Name=\"%s\" Dimensions=\"3\" NumberType=\"Float\" Precision=\"8\" Format=\"XML\">", i ? "Spacing" : "Origin");
     fprintf(out, "%.17g %.17g %.17g</DataItem>\n", (double)a[2], (double)a[1], (double)a[0]);
   }
   fprintf(out, "          </Geometry>\n");
-  for (PetscInt f = 0; f < step->n_fields; f++) {
-    const DLMFieldEntry *field = &step->fields[f];
+  for (const DLMFieldEntry *field = file->fields; field < file->fields + file->n_fields; field++) {
     if (field->mesh != mesh_index) continue;
-    fprintf(out, "          <Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"Node\">\n", field->name,
-            AttributeType(field->dof));
+    fprintf(out, "          <Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"Node\">\n", field->name, AttributeType(field->dof));
     fprintf(out, "            <DataItem Dimensions=\"%d %d %d", n[2], n[1], n[0]);
     if (field->dof > 1) fprintf(out, " %d", (int)field->dof);
-    fprintf(out, "\" " H5_FLOAT ">fields.h5:/" DLM_STEP_NAME "/%s</DataItem>\n", step->step, field->name);
+    fprintf(out, "\" " H5_FLOAT ">" IN_FILE "/%s</DataItem>\n", file->step, field->name);
     fprintf(out, "          </Attribute>\n");
   }
   fprintf(out, "        </Grid>\n");
 }
 
-static void WriteSphereAttribute(FILE *out, const DLMFieldStep *step, const char *name, int dof)
+static void WriteSphereAttribute(FILE *out, DLMFieldFile file, const char *name, int dof)
 {
-  fprintf(out, "          <Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"Node\">\n", name,
-          AttributeType(dof));
-  fprintf(out, "            <DataItem Dimensions=\"%d%s\" " H5_FLOAT ">", (int)step->n_spheres,
-          dof == 3 ? " 3" : "");
-  fprintf(out, "fields.h5:/" DLM_STEP_NAME "/spheres/%s</DataItem>\n", step->step, name);
+  fprintf(out, "          <Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"Node\">\n", name, AttributeType(dof));
+  fprintf(out, "            <DataItem Dimensions=\"%d%s\" " H5_FLOAT ">" IN_FILE "/spheres/%s</DataItem>\n", (int)file->n_spheres, dof == 3 ? " 3" : "", file->step, name);
   fprintf(out, "          </Attribute>\n");
 }
 
 /* Points with the spheres' numbers as connectivity: ParaView's XDMF 3 reader does not count for itself. */
-static void WriteSpheres(FILE *out, const DLMFieldStep *step)
+static void WriteSpheres(FILE *out, DLMFieldFile file)
 {
-  int n = (int)step->n_spheres;
+  const int n = (int)file->n_spheres;
 
   fprintf(out, "        <Grid Name=\"spheres\">\n");
-  fprintf(out,
-          "          <Topology TopologyType=\"Polyvertex\" NumberOfElements=\"%d\" NodesPerElement=\"1\">\n",
-          n);
-  fprintf(out, "            <DataItem Dimensions=\"%d\" NumberType=\"Int\" Precision=\"4\" Format=\"HDF\">", n);
-  fprintf(out, "fields.h5:/" DLM_STEP_NAME "/spheres/id</DataItem>\n", step->step);
+  fprintf(out, "          <Topology TopologyType=\"Polyvertex\" NumberOfElements=\"%d\" NodesPerElement=\"1\">\n", n);
+  fprintf(out, "            <DataItem Dimensions=\"%d\" NumberType=\"Int\" Precision=\"4\" Format=\"HDF\">" IN_FILE "/spheres/id</DataItem>\n", n, file->step);
   fprintf(out, "          </Topology>\n");
   fprintf(out, "          <Geometry GeometryType=\"XYZ\">\n");
-  fprintf(out, "            <DataItem Dimensions=\"%d 3\" " H5_FLOAT ">", n);
-  fprintf(out, "fields.h5:/" DLM_STEP_NAME "/spheres/center</DataItem>\n", step->step);
+  fprintf(out, "            <DataItem Dimensions=\"%d 3\" " H5_FLOAT ">" IN_FILE "/spheres/center</DataItem>\n", n, file->step);
   fprintf(out, "          </Geometry>\n");
-  WriteSphereAttribute(out, step, "radius", 1);
-  WriteSphereAttribute(out, step, "velocity", 3);
-  WriteSphereAttribute(out, step, "omega", 3);
+  WriteSphereAttribute(out, file, "radius", 1);
+  WriteSphereAttribute(out, file, "velocity", 3);
+  WriteSphereAttribute(out, file, "omega", 3);
   fprintf(out, "        </Grid>\n");
 }
 
-static void WriteStep(FILE *out, DLMFieldFile file, const DLMFieldStep *step)
+char *DLMFieldFileXdmfOfStep(DLMFieldFile file)
 {
-  fprintf(out, "      <Grid Name=\"" DLM_STEP_NAME "\" GridType=\"Collection\" CollectionType=\"Spatial\">\n",
-          step->step);
-  fprintf(out, "        <Time Value=\"%.17g\"/>\n", (double)step->time);
+  char  *text = NULL;
+  size_t size;
+  FILE  *out = open_memstream(&text, &size);
+
+  if (!out) return NULL;
+  fprintf(out, "      <Grid Name=\"" DLM_STEP_NAME "\" GridType=\"Collection\" CollectionType=\"Spatial\">\n", file->step);
+  fprintf(out, "        <Time Value=\"%.17g\"/>\n", (double)file->time);
   for (PetscInt m = 0; m < file->n_meshes; m++) {
-    PetscInt used = 0;
-    for (PetscInt f = 0; f < step->n_fields; f++) used += step->fields[f].mesh == m;
-    if (used) WriteGrid(out, step, &file->meshes[m], m);
+    PetscBool used = PETSC_FALSE;
+    for (PetscInt f = 0; f < file->n_fields; f++) used |= file->fields[f].mesh == m;
+    if (used) WriteGrid(out, file, m);
   }
-  if (step->n_spheres) WriteSpheres(out, step);
+  if (file->n_spheres) WriteSpheres(out, file);
   fprintf(out, "      </Grid>\n");
+  if (!fclose(out)) return text;
+  free(text);
+  return NULL;
 }
 
-PetscErrorCode DLMFieldFileWriteXdmf(DLMFieldFile file)
+void DLMFieldFileWriteXdmf(DLMFieldFile file, FILE *out)
 {
-  char  temporary[PETSC_MAX_PATH_LEN + 8];
-  FILE *out;
-  int   failed;
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscSNPrintf(temporary, sizeof(temporary), "%s.tmp", file->xmf_path));
-  out = fopen(temporary, "w");
-  PetscCheck(out, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "Cannot write %s: %s", temporary, strerror(errno));
   fprintf(out, "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<Xdmf Version=\"3.0\">\n  <Domain>\n");
   fprintf(out, "    <Grid Name=\"dlmfd\" GridType=\"Collection\" CollectionType=\"Temporal\">\n");
-  for (PetscInt s = 0; s < file->n_steps; s++) WriteStep(out, file, &file->steps[s]);
+  for (PetscInt s = 0; s < file->n_steps; s++) fputs(file->steps[s].xdmf, out);
   fprintf(out, "    </Grid>\n  </Domain>\n</Xdmf>\n");
-  failed = ferror(out);
-  failed = fclose(out) || failed;
-  PetscCheck(!failed, PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "Cannot write %s: %s", temporary, strerror(errno));
-  PetscCheck(!rename(temporary, file->xmf_path), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE,
-             "Cannot rename %s to %s: %s", temporary, file->xmf_path, strerror(errno));
-  PetscFunctionReturn(0);
 }

@@ -181,9 +181,8 @@ static PetscErrorCode ReadKey(MPI_Comm comm, const DLMSceneKey *key, const char 
   PetscFunctionBeginUser;
   switch (key->type) {
   case DLM_KEY_TEXT:
-    DLMUserCheck(strlen(text) < PETSC_MAX_PATH_LEN, comm,
-                 "-%s %.80s... is too long; allowed: fewer than %d letters", key->name, text,
-                 PETSC_MAX_PATH_LEN);
+    DLMUserCheck(strlen(text) < PETSC_MAX_PATH_LEN - 64, comm, "-%s %.80s... is too long; allowed: fewer than %d letters", key->name, text,
+                 PETSC_MAX_PATH_LEN - 64); /* names of files follow */
     PetscCall(PetscStrncpy(place, text, PETSC_MAX_PATH_LEN));
     break;
   case DLM_KEY_REALS:

@@ -81,10 +81,18 @@ def rows(folder):
 
 
 def fields(folder, name="fields.h5"):
-    """All numbers of an HDF5 file by name."""
+    """All numbers of an HDF5 file by name, behind links too."""
     found = {}
+
+    def visit(item, path):
+        if isinstance(item, h5py.Dataset):
+            found[path] = item[()]
+        else:
+            for key in item:
+                visit(item[key], f"{path}/{key}")
+
     with h5py.File(os.path.join(place(folder), name), "r") as file:
-        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
+        visit(file, "")
     return found
 
 
@@ -217,7 +225,7 @@ def refused():
         prepare()
         done = run(again.replace("max_steps 3", "max_steps 5") + " -checkpoint_every 2", "good", expected=2)
         lines = [line for line in done.stderr.splitlines() if line]
-        check(len(lines) == 1 and bool(re.search(r"^dlmfd: error: output_dir: cannot write \S+checkpoint.h5 \(.*\); the checkpoint before it, if any, is untouched", lines[0])),
+        check(len(lines) == 1 and bool(re.search(r"^dlmfd: error: -output_dir \S+: cannot write \S+checkpoint.h5 \(.*\); allowed: .*; -restart \S+checkpoint.h5 goes on from step 2$", lines[0])),
               f"{what}: {lines}")
         check(text("good", "checkpoint.h5") == kept, "  the one before is untouched")
     os.rmdir(fresh)

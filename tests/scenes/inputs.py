@@ -108,7 +108,7 @@ def check_files(launch, path, folder):
     require(summary["steps"] == STEPS, f"summary.json: {summary['steps']} steps, {STEPS} asked for")
     require(summary["ranks"] == int(RANKS), f"summary.json: {summary['ranks']} ranks, {RANKS} asked for")
     require(len(rows) == spheres * (STEPS + 1), f"trajectory.csv: {len(rows)} rows for {spheres} spheres, {STEPS} steps")
-    expected = ["fields.h5", "fields.xmf", "summary.json"] + ["trajectory.csv"] * (spheres > 0)
+    expected = ["fields", "fields.h5", "fields.xmf", "summary.json"] + ["trajectory.csv"] * (spheres > 0)
     require(sorted(os.listdir(folder)) == expected,
             f"unexpected files: {sorted(os.listdir(folder))}")
 

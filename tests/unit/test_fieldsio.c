@@ -1,13 +1,15 @@
 /*
-  Field files: known fields written in two steps and read back through HDF5; restart; messages. Leaves its files
-  in fieldsio_<ranks>/ for tests/scenes/check_xdmf.py.
+  Field files: known fields written in two steps and read back through HDF5; restart; what cannot be written or read; messages. Leaves its files in
+  fieldsio_<ranks>/ for tests/scenes/check_xdmf.py.
 */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
+#include <errno.h>
 #include <sys/stat.h>
+#include <unistd.h>
 #include <cmocka.h>
 #include "private/dlmfieldsio.h"
 
@@ -56,8 +58,13 @@ static void WriteField(DLMFieldFile file, const char *mesh, const char *name, co
   Call(DMDestroy(&da));
 }
 
-static void WriteStep(DLMFieldFile file, PetscInt step, double time)
+/* Returns what DLMFieldFileEndStep says, and the path. */
+static char failed_path[PETSC_MAX_PATH_LEN];
+
+static int WriteStep(DLMFieldFile file, PetscInt step, double time)
 {
+  int failed;
+
   const PetscReal x[6] = {time, 1, 2, 3, 4, 5}, radius[2] = {0.1, 0.2}, V[6] = {1, 0, 0, -1, 0, 0},
                   omega[6] = {0, 0.5, 0, 0, 0.5, 0};
 
@@ -67,7 +74,8 @@ static void WriteStep(DLMFieldFile file, PetscInt step, double time)
   WriteField(file, "pressure", "pressure", coarse, 1, time);
   if (rank == 0) Call(DLMFieldFileWriteSpheres(file, 2, x, radius, V, omega));
   else Call(DLMFieldFileWriteSpheres(file, 0, NULL, NULL, NULL, NULL));
-  Call(DLMFieldFileEndStep(file));
+  Call(DLMFieldFileEndStep(file, &failed, failed_path));
+  return failed;
 }
 
 static void Open(PetscInt keep_through, DLMFieldFile *file)
@@ -168,8 +176,8 @@ static void WritesWhatItWasGiven(void **state)
   DLMFieldFile file;
 
   Open(-1, &file);
-  WriteStep(file, 0, 0.0);
-  WriteStep(file, 10, 0.2);
+  assert_int_equal(WriteStep(file, 0, 0.0), 0);
+  assert_int_equal(WriteStep(file, 10, 0.2), 0);
   Call(DLMFieldFileDestroy(&file));
   assert_null(file);
   if (rank == 0) {
@@ -191,12 +199,12 @@ static void ContinuesAfterARestart(void **state)
   DLMFieldFile file;
 
   Open(10, &file);
-  WriteStep(file, 20, 0.4);
-  WriteStep(file, 30, 0.6);
+  assert_int_equal(WriteStep(file, 20, 0.4), 0);
+  assert_int_equal(WriteStep(file, 30, 0.6), 0);
   Call(DLMFieldFileDestroy(&file));
   Open(20, &file);
-  WriteStep(file, 20, 0.4);
-  WriteStep(file, 40, 0.8);
+  assert_int_equal(WriteStep(file, 20, 0.4), 0);
+  assert_int_equal(WriteStep(file, 40, 0.8), 0);
   Call(DLMFieldFileDestroy(&file));
   if (rank == 0) {
     hid_t h5 = OpenSerially();
@@ -228,13 +236,9 @@ static void NamesWhatIsWrong(void **state)
 
   Call(PetscPushErrorHandler(KeepMessage, NULL));
   assert_int_equal(DLMFieldFileCreate(PETSC_COMM_WORLD, "no/such/folder", -1, &file), PETSC_ERR_USER_INPUT);
-  assert_string_equal(message,
-                      "cannot create no/such/folder/fields.h5: does its folder exist, may it be written?");
+  assert_string_equal(message, "-output_dir no/such/folder: cannot write no/such/folder/fields (No such file or directory); allowed: a folder that can be written, with space");
 
   Open(40, &file);
-  assert_int_equal(DLMFieldFileAddMesh(file, "velocity", other, origin, h, periodic), PETSC_ERR_USER_INPUT);
-  assert_non_null(strstr(message, "mesh velocity differs from the one in "));
-
   MakeDA(other, 3, &da);
   Call(DMCreateGlobalVector(da, &v));
   assert_int_equal(DLMFieldFileWriteVec(file, "velocity", "u", da, v), PETSC_ERR_ARG_SIZ);
@@ -247,12 +251,89 @@ static void NamesWhatIsWrong(void **state)
   Call(DLMFieldFileDestroy(&file));
 }
 
+static void InFields(const char *name, char path[128])
+{
+  snprintf(path, 128, "%s/fields/%s", dir, name);
+}
+
+/* A folder in the way of an output and of fields.h5: errno and the path on every rank; the files stay as they were, and the next output succeeds. */
+static void SaysWhatCannotBeWritten(void **state)
+{
+  DLMFieldFile file;
+  char         way[128];
+
+  Open(40, &file);
+  for (int k = 0; k < 2; k++) {
+    if (k) snprintf(way, sizeof(way), "%s/fields.h5.new", dir);
+    else InFields("step_0000050.h5.new", way);
+    if (rank == 0) assert_int_equal(mkdir(way, 0777), 0);
+    assert_int_equal(WriteStep(file, 50, 1.0), EISDIR);
+    if (rank == 0) {
+      assert_int_equal(strncmp(failed_path, way, strlen(failed_path)), 0);
+      assert_int_equal(rmdir(way), 0);
+      ReadXmf();
+      assert_int_equal(CountInXmf("<Time "), 4);
+    }
+  }
+  assert_int_equal(WriteStep(file, 50, 1.0), 0);
+  ReadXmf();
+  assert_int_equal(CountInXmf("<Time "), 5);
+  Call(DLMFieldFileDestroy(&file));
+}
+
+/* The outputs that a restart keeps are looked at: a damaged one is named or, where only its numbers are damaged, kept; never a crash, never lost. */
+static void NamesDamagedOutputs(void **state)
+{
+  static unsigned char bytes[1 << 18];
+  PetscErrorCode       ierr;
+  DLMFieldFile         file;
+  char                 path[128];
+  size_t               n = 0, refused = 0;
+  FILE                *output;
+
+  InFields("step_0000050.h5", path);
+  Call(PetscPushErrorHandler(KeepMessage, NULL));
+  if (rank == 0) {
+    output = fopen(path, "rb");
+    n      = fread(bytes, 1, sizeof(bytes), output);
+    fclose(output);
+  }
+  for (size_t k = 0; k < 300; k++) { /* the beginning, then every eighth byte of the head, then anywhere; or a shorter file */
+    if (rank == 0) {
+      const size_t at = k < 80 ? k : k < 250 ? 8 * k : (k * 7919) % n;
+      output = fopen(path, "wb");
+      bytes[at] ^= 0x5a;
+      fwrite(bytes, 1, k % 10 ? n : at, output);
+      bytes[at] ^= 0x5a;
+      fclose(output);
+    }
+    ierr = DLMFieldFileCreate(PETSC_COMM_WORLD, dir, 50, &file);
+    assert_true(ierr == 0 || ierr == PETSC_ERR_USER_INPUT);
+    if (ierr) assert_non_null(strstr(message, "step_0000050.h5 cannot be read or is damaged, and -restart goes on after it; allowed: a whole output, or none"));
+    else Call(DLMFieldFileDestroy(&file));
+    refused += ierr != 0;
+  }
+  print_message("%zu of 300 damaged outputs refused\n", refused);
+  assert_in_range(refused, 250, 299);
+  if (rank == 0) {
+    output = fopen(path, "wb");
+    fwrite(bytes, 1, n, output);
+    fclose(output);
+  }
+  Call(PetscPopErrorHandler());
+  Open(40, &file); /* drops it: what stays is what check_xdmf.py counts */
+  assert_int_equal(access(path, F_OK), -1);
+  Call(DLMFieldFileDestroy(&file));
+}
+
 int main(int argc, char **argv)
 {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(WritesWhatItWasGiven),
       cmocka_unit_test(ContinuesAfterARestart),
       cmocka_unit_test(NamesWhatIsWrong),
+      cmocka_unit_test(SaysWhatCannotBeWritten),
+      cmocka_unit_test(NamesDamagedOutputs),
   };
   PetscMPIInt ranks;
   int         failed;
