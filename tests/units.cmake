@@ -1,5 +1,6 @@
 dlm_unit(scene 1 2)
 dlm_unit(fieldsio 1 2 3)
+dlm_unit(checkpoint 1 2)
 dlm_unit(kuhn 1)
 dlm_unit(tensor 1)
 dlm_unit(stretch 1)

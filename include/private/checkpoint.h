@@ -23,20 +23,20 @@ typedef struct {
 } DLMCheckpointFile;
 
 /* checkpoint_file.c. A file in memory for writing; all collective. */
-PETSC_INTERN PetscErrorCode DLMCheckpointFileCreate(MPI_Comm comm, const char *path, DLMCheckpointFile **file);
+PETSC_EXTERN PetscErrorCode DLMCheckpointFileCreate(MPI_Comm comm, const char *path, DLMCheckpointFile **file);
 /* Opens an existing file after a look at every byte of it; raises a user error if it is missing, damaged or of another format. */
-PETSC_INTERN PetscErrorCode DLMCheckpointFileOpen(MPI_Comm comm, const char *path, DLMCheckpointFile **file);
+PETSC_EXTERN PetscErrorCode DLMCheckpointFileOpen(MPI_Comm comm, const char *path, DLMCheckpointFile **file);
 /* Brings the file in memory to the disk: under a temporary name, flushed, then renamed. *failed: 0 or errno; the file of before is then untouched. */
-PETSC_INTERN PetscErrorCode DLMCheckpointFileSave(DLMCheckpointFile *file, int *failed);
-PETSC_INTERN PetscErrorCode DLMCheckpointFileDestroy(DLMCheckpointFile **file);
+PETSC_EXTERN PetscErrorCode DLMCheckpointFileSave(DLMCheckpointFile *file, int *failed);
+PETSC_EXTERN PetscErrorCode DLMCheckpointFileDestroy(DLMCheckpointFile **file);
 
 /*
   The verbs: each moves one named item in the direction of the file, so that one list of calls writes and reads. Numbers and texts are the same on every
   rank. v belongs to dm, whose components are interleaved.
 */
-PETSC_INTERN PetscErrorCode DLMCheckpointReals(DLMCheckpointFile *file, const char *name, PetscInt n, PetscReal *x);
-PETSC_INTERN PetscErrorCode DLMCheckpointInts(DLMCheckpointFile *file, const char *name, PetscInt n, PetscInt *x);
-PETSC_INTERN PetscErrorCode DLMCheckpointBool(DLMCheckpointFile *file, const char *name, PetscBool *x);
-PETSC_INTERN PetscErrorCode DLMCheckpointText(DLMCheckpointFile *file, const char *name, char text[DLM_CHECKPOINT_TEXT]);
-PETSC_INTERN PetscErrorCode DLMCheckpointField(DLMCheckpointFile *file, const char *name, DM dm, Vec v);
+PETSC_EXTERN PetscErrorCode DLMCheckpointReals(DLMCheckpointFile *file, const char *name, PetscInt n, PetscReal *x);
+PETSC_EXTERN PetscErrorCode DLMCheckpointInts(DLMCheckpointFile *file, const char *name, PetscInt n, PetscInt *x);
+PETSC_EXTERN PetscErrorCode DLMCheckpointBool(DLMCheckpointFile *file, const char *name, PetscBool *x);
+PETSC_EXTERN PetscErrorCode DLMCheckpointText(DLMCheckpointFile *file, const char *name, char text[DLM_CHECKPOINT_TEXT]);
+PETSC_EXTERN PetscErrorCode DLMCheckpointField(DLMCheckpointFile *file, const char *name, DM dm, Vec v);
 #endif

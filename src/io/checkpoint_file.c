@@ -76,7 +76,7 @@ static void Inspect(const char *path, char problem[], size_t size)
 {
   static unsigned char buffer[1 << 16];
   char                 head[DLM_CHECKPOINT_HEAD], plain[DLM_CHECKPOINT_HEAD], version[64] = "";
-  int                  format = 0, fd = open(path, O_RDONLY);
+  int                  format = 0, fd = open(path, O_RDONLY | O_NONBLOCK); /* a pipe would wait for its writer */
   long long            bytes = 0, found = 0;
   uint64_t             told = 0, crc = 0;
   ssize_t              n = -1;
@@ -90,7 +90,7 @@ static void Inspect(const char *path, char problem[], size_t size)
   } else if (head[sizeof(head) - 1] || sscanf(head + 17, "format %d program %63s bytes %lld crc64 %" SCNx64, &format, version, &bytes, &told) != 4) {
     snprintf(problem, size, "is damaged: its first lines cannot be understood");
   } else if (format != DLM_CHECKPOINT_FORMAT) {
-    snprintf(problem, size, "has format %d, written by dlmfd %s; allowed: format %d", format, version, DLM_CHECKPOINT_FORMAT);
+    snprintf(problem, size, "has format %d, written by dlmfd %s; allowed: format %d, that of this dlmfd " DLM_VERSION, format, version, DLM_CHECKPOINT_FORMAT);
   } else {
     WriteHead(plain, format, version, bytes, 0);
     crc = DLMFileCRC(0, (unsigned char *)plain, sizeof(plain));

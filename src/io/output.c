@@ -156,6 +156,7 @@ PetscErrorCode DLMOutputCreate(DLMSimulation sim, DLMOutput *new_output)
   PetscCall(PetscNew(&output));
   output->sim = sim;
   *new_output = output;
+  signal(SIGXFSZ, SIG_IGN); /* a file beyond the limit of its size is a write that fails, not the end of the process */
   PetscCall(CreateFolder(sim));
   PetscCall(PutAside(sim));
   PetscCall(PetscTime(&output->started));

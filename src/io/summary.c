@@ -155,6 +155,7 @@ static long Nodes(const DLMScene *scene)
 typedef struct {
   PetscMPIInt ranks;
   PetscReal   divergence, memory;
+  DLMModelled modelled[DLM_N_PARTS];
 } Findings;
 
 static PetscErrorCode WriteAll(FILE *file, DLMOutput output, const Findings *found)
@@ -165,7 +166,6 @@ static PetscErrorCode WriteAll(FILE *file, DLMOutput output, const Findings *fou
   PetscInt        steps, rejected, order;
   PetscLogDouble  now;
   const char     *scheme;
-  DLMModelled     modelled[DLM_N_PARTS];
 
   PetscFunctionBegin;
   PetscCall(TSGetTime(sim->ts, &time));
@@ -173,7 +173,6 @@ static PetscErrorCode WriteAll(FILE *file, DLMOutput output, const Findings *fou
   PetscCall(TSGetStepRejections(sim->ts, &rejected));
   PetscCall(DLMSplitGetScheme(sim->ts, &scheme, &order));
   PetscCall(PetscTime(&now));
-  PetscCall(DLMSimulationGetModelled(sim, modelled));
   fprintf(file, "{\n  \"version\": \"%s\",\n", DLM_VERSION);
   WriteScene(file, sim);
   fprintf(file, "  \"nodes\": %ld,\n  \"ranks\": %d,\n  \"scheme\": \"%s\",\n  \"dt\": %.15g,\n  \"steps\": %ld,\n  \"steps_rejected\": %ld,\n",
@@ -182,7 +181,7 @@ static PetscErrorCode WriteAll(FILE *file, DLMOutput output, const Findings *fou
   Number(file, "time", time);
   Number(file, "seconds", now - output->started);
   PetscCall(WriteWork(file, sim));
-  WriteModelled(file, modelled, sim->part);
+  WriteModelled(file, found->modelled, sim->part);
   Number(file, "peak_memory_MiB", found->memory);
   Number(file, "largest_slip", sim->largest_slip);
   Number(file, "smallest_gap", sim->smallest_gap);
@@ -206,6 +205,7 @@ PetscErrorCode DLMSummaryWrite(DLMOutput output)
   PetscCallMPI(MPI_Comm_size(comm, &found.ranks));
   PetscCall(LargestDivergence(output->sim, &found.divergence));
   PetscCall(DLMSimulationCountWork(output->sim));
+  PetscCall(DLMSimulationGetModelled(output->sim, found.modelled));
   found.memory = DLMMemoryPeak() / 1048576.0;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &found.memory, 1, MPIU_REAL, MPIU_SUM, comm));
   PetscCall(PetscSNPrintf(path, sizeof(path), "%s/summary.json", output->sim->scene->output_dir));

@@ -5,108 +5,17 @@
     run.py ranks DLMFD MPIRUN...      continued on another number of ranks, to 1e-10
     run.py refused DLMFD MPIRUN...    changed scenes, damaged files, folders that cannot be written: one line, exit code 2, nothing lost
     run.py signals DLMFD MPIRUN...    SIGTERM and SIGUSR1: exit code 3, then continued; a run that gives up
-    run.py kills DLMFD COUNT MPIRUN...  kill -9 at random moments, continued each time
 """
 import os
 import random
 import re
-import shutil
 import signal
 import subprocess
-import sys
-import tempfile
-import time
 
-import h5py
 import numpy
 
-BOX = ("-box_size 1.5,1,1 -grid_resolution 16 -sphere_radius 0.15 -saddle_rtol 1e-11 -progress_every 1000 -ts_max_time 100"
-       " -wall_velocity_lower -1,0,0 -wall_velocity_upper 2,0,0 ")
-THREE = BOX + "-sphere_centers 0.6,0.02,0.2,0.25,-0.02,0.15,-0.3,0,-0.2 -ts_dt 0.1"  # the first two are near each other, the first one crosses a face
-POLYMER = " -fluid_model oldroyd_b -ts_dt 0.05"
-SCENES = {
-    "newtonian lie": THREE,
-    "newtonian strang": THREE + " -ts_split_scheme strang",
-    "twins": BOX + "-sphere_centers -0.1,0,0.2,-0.6,0.01,-0.25,0.32,0.01,0.05 -ts_dt 0.1 -ts_split_scheme strang",  # the second has the first one's factors, which joins the third
-    "no inertia": THREE + " -ts_split_scheme strang -sphere_inertia 0",
-    "points without harmonics": THREE + " -pairing_degree 0 -ts_split_scheme strang",
-    "volume points": THREE + " -pairing_points volume -saddle_rtol 1e-8 -ts_split_scheme strang",
-    "thesis's solver": THREE + " -saddle_split velocity -saddle_rtol 1e-6",
-    "factor lie": THREE + POLYMER,
-    "factor strang": THREE + POLYMER + " -ts_split_scheme strang",
-    "log lie": THREE + POLYMER + " -polymer_form log",
-    "log strang": THREE + POLYMER + " -polymer_form log -ts_split_scheme strang",
-    "explicit, extend": THREE + POLYMER + " -polymer_coupling explicit -polymer_inside extend -ts_dt 0.02 -ts_split_scheme strang",
-    "adapted steps": THREE + " -ts_split_scheme strang -ts_adapt_type scene -ts_dt 0.02",
-    "log, adapted steps": THREE + POLYMER + " -polymer_form log -ts_split_scheme strang -ts_adapt_type scene",
-    "fluid alone": BOX + POLYMER + " -ts_split_scheme strang -polymer_mode_amplitude 0.1 -output_fields_every 3",
-}
-PROGRAM, MPIRUN, FOLDER, FAILED = "", [], "", 0
-
-
-def check(good, text):
-    global FAILED
-    FAILED += not good
-    print(("  " if good else "FAILED ") + text, flush=True)
-
-
-def place(name):
-    return os.path.join(FOLDER, name)
-
-
-def command(options, folder, ranks=1):
-    launch = MPIRUN + ["-n", str(ranks)] if ranks > 1 else []
-    return launch + [PROGRAM] + options.split() + ["-output_dir", place(folder)]
-
-
-def run(options, folder, ranks=1, expected=0):
-    done = subprocess.run(command(options, folder, ranks), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=300)
-    if done.returncode != expected:
-        print(" ".join(command(options, folder, ranks)), done.stdout[-2000:], done.stderr[-2000:], sep="\n")
-        check(False, f"exit code {done.returncode}, expected {expected}")
-    return done
-
-
-def checkpoint(folder):
-    return os.path.join(place(folder), "checkpoint.h5")
-
-
-def text(folder, name="trajectory.csv"):
-    with open(os.path.join(place(folder), name), "rb") as file:
-        return file.read()
-
-
-def rows(folder):
-    return numpy.loadtxt(os.path.join(place(folder), "trajectory.csv"), delimiter=",", skiprows=1)
-
-
-def fields(folder, name="fields.h5"):
-    """All numbers of an HDF5 file by name, behind links too."""
-    found = {}
-
-    def visit(item, path):
-        if isinstance(item, h5py.Dataset):
-            found[path] = item[()]
-        else:
-            for key in item:
-                visit(item[key], f"{path}/{key}")
-
-    with h5py.File(os.path.join(place(folder), name), "r") as file:
-        visit(file, "")
-    return found
-
-
-def same_fields(a, b, file="fields.h5"):
-    a, b = fields(a, file), fields(b, file)
-    different = sorted(set(a) ^ set(b)) + [name for name in a if name in b and a[name].tobytes() != b[name].tobytes()]
-    if different:
-        print(f"  different: {different}")
-    return not different
-
-
-def same_state(a, b):
-    """The last checkpoints of two runs, byte by byte."""
-    return same_fields(a, b, "checkpoint.h5")
+import runs
+from runs import BOX, SCENES, THREE, check, checkpoint, children, command, fields, place, refusal, rows, run, same_fields, same_state, text, wait_for_rows
 
 
 def legs():
@@ -168,18 +77,6 @@ def ranks():
             check(difference <= 1e-10, f"{name}, {first} ranks then {second}: difference {difference:.1e}")
 
 
-def refusal(what, pattern, options, folder, ranks=1):
-    """One line that matches, exit code 2, and the folder as it was."""
-    before = {name: text(folder, name) for name in os.listdir(place(folder))} if os.path.isdir(place(folder)) else None
-    done = run(options, folder, ranks, 2)
-    lines = [line for line in done.stderr.splitlines() if line.startswith("dlmfd:") or "PETSC ERROR" in line]
-    after = {name: text(folder, name) for name in os.listdir(place(folder))} if os.path.isdir(place(folder)) else None
-    good = len(lines) == 1 and re.search("^dlmfd: error: .*" + pattern, lines[0])
-    check(bool(good), f"{what}: {lines}")
-    if before != after:
-        check(False, f"{what}: the folder has changed")
-
-
 def refused():
     scene = SCENES["factor strang"]
     run(scene + " -ts_max_steps 2 -checkpoint_every 1", "good")
@@ -214,7 +111,7 @@ def refused():
         flipped = bytearray(whole)
         flipped[at] ^= 1 << chance.randrange(8)
         damaged(f"a flipped bit in byte {at}", bytes(flipped), r"-restart \S+ (is damaged|is not a checkpoint|has format)")
-    damaged("another version", whole.replace(b"format 1\n", b"format 7\n", 1), r"has format 7, written by dlmfd \S+; allowed: format 1")
+    damaged("another version", whole.replace(b"format 1\n", b"format 7\n", 1), r"has format 7, written by dlmfd \S+; allowed: format 1, that of this dlmfd")
     refusal("-checkpoint_every -1", "-checkpoint_every -1: '-1' is out of range", scene + " -checkpoint_every -1", "none")
     check(not os.path.exists(place("none")), "nothing was written")
 
@@ -234,23 +131,6 @@ def refused():
     check(text("good") == text("whole"), "and continues the run")
     run(scene + " -ts_max_steps 1", "good")
     check(text("good", "checkpoint_before.h5") == kept and not os.path.exists(checkpoint("good")), "a new run in the folder puts it aside")
-
-
-def wait_for_rows(process, folder, count):
-    path = os.path.join(place(folder), "trajectory.csv")
-    for _ in range(3000):
-        if process.poll() is not None:
-            return
-        if os.path.exists(path):
-            with open(path, "rb") as file:
-                if file.read().count(b"\n") > count:
-                    return
-        time.sleep(0.01)
-
-
-def children(pid):
-    with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:
-        return [int(child) for child in file.read().split()]
 
 
 def signals():
@@ -286,47 +166,5 @@ def signals():
     check(rows("gave_up")[-1, 0] == 10, "  and from the checkpoint.h5 before that")
 
 
-def kills(count):
-    """Every run writes a checkpoint a step; it is killed at a random moment, continued, killed again."""
-    chance = random.Random()
-    scenes = (SCENES["newtonian strang"], SCENES["factor strang"])
-    done, early, leg = 0, 0, 0
-    while done < count:
-        scene = scenes[leg % 2] + " -ts_max_steps 40"
-        whole, folder = f"whole{leg % 2}", f"killed{leg}"
-        leg += 1
-        started = time.time()
-        if not os.path.exists(place(whole)):
-            run(scene, whole)
-        span = 1.2 * max(0.3, time.time() - started) if leg <= 2 else span
-        here = 0
-        while True:
-            restart = f" -restart {checkpoint(folder)}" if os.path.exists(checkpoint(folder)) else ""
-            process = subprocess.Popen(command(scene + " -checkpoint_every 1" + restart, folder), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-            try:
-                if done >= count or here == 12:
-                    process.wait(timeout=300)
-                else:
-                    process.wait(timeout=chance.uniform(0.02, span))
-                error = process.communicate()[1]
-                check(process.returncode == 0, f"{folder}: ends with exit code {process.returncode} {error.strip()}") if process.returncode else None
-                break
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.communicate()
-                done += 1
-                here += 1
-                early += not restart
-        if text(folder) != text(whole):
-            check(False, f"{folder}: not the run that was not killed")
-        shutil.rmtree(place(folder))
-    check(True, f"{done} kills in {leg} runs of 40 steps, {early} of them before the first checkpoint; every one ended as the run that was not killed")
-
-
 if __name__ == "__main__":
-    group, PROGRAM, rest = sys.argv[1], os.path.abspath(sys.argv[2]), sys.argv[3:]
-    arguments = [int(rest.pop(0))] if group == "kills" else []
-    MPIRUN = rest
-    with tempfile.TemporaryDirectory() as FOLDER:
-        {"legs": legs, "ranks": ranks, "refused": refused, "signals": signals, "kills": kills}[group](*arguments)
-    sys.exit(1 if FAILED else 0)
+    runs.main({"legs": legs, "ranks": ranks, "refused": refused, "signals": signals})
