@@ -79,6 +79,8 @@ def commit(build, mpirun, folder):
     source, header = folder / "source", folder / "commit.h"
     shutil.copytree(ROOT / "cmake", source / "cmake")
     shutil.copy(ROOT / ".gitattributes", source)
+    if not (ROOT / ".git").exists():  # in a release's tree the commit is there already
+        (source / "cmake/commit.txt").write_text("$Format:%H$\n")
 
     def git(*arguments):
         return run("git", "-C", source, "-c", "user.name=a", "-c", "user.email=a@a.invalid", *arguments).strip()
