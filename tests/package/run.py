@@ -178,6 +178,9 @@ def check_program(tree, built):
     if (ROOT / ".git").exists():
         now = run("git", "-c", "safe.directory=*", "-C", ROOT, "describe", "--always", "--exclude=*", "--abbrev=12", "--dirty=-modified").strip()
         check(told["commit"] == now, f"built from {now}, says {told['commit']}")
+    (built.parent / "version/dlmcommit.h").write_text('#define DLM_COMMIT "of another time"\n')
+    run("cmake", "--build", built.parent, "--target", "dlmfd")
+    check(run(built, "-version") == run(program, "-version"), "a build without a configuration keeps an old commit")
 
 
 def check_manual(tree, commands):
