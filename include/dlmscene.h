@@ -125,6 +125,8 @@ PETSC_EXTERN PetscErrorCode DLMInitialize(int argc, char **argv, const char help
   A first argument without a dash is a scene file too: `dlmfd scene.yaml -ts_dt 0.01`.
 */
 PETSC_EXTERN PetscErrorCode DLMOptionsInsert(MPI_Comm comm, int argc, char **argv);
+/* True if -version or --version is among the arguments. */
+PETSC_EXTERN PetscBool DLMOptionsAskVersion(int argc, char **argv);
 
 /*
   User-facing errors: DLMUserCheck(cond, comm, fmt, ...) raises PETSC_ERR_USER_INPUT when cond is false. Collective: cond

@@ -1,8 +1,10 @@
 /* dlmfd: rigid spheres in bounded shear flows of viscoelastic fluids. The program at a glance. */
 #include <dlmsim.h>
+#include <dlmversion.h>
 
 static const char help[] = "Rigid spheres in bounded shear flows: distributed Lagrange multipliers on a uniform mesh.\n"
-                           "  dlmfd SCENE.yaml [-key value ...]        or        mpirun -n 2 dlmfd SCENE.yaml [-key value ...]\n\n";
+                           "  dlmfd SCENE.yaml [-key value ...]        or        mpirun -n 2 dlmfd SCENE.yaml [-key value ...]\n"
+                           "  dlmfd -version        version, build and libraries\n\n";
 
 static PetscErrorCode Run(int argc, char **argv, PetscBool *stopped)
 {
@@ -13,8 +15,12 @@ static PetscErrorCode Run(int argc, char **argv, PetscBool *stopped)
   PetscMPIInt    rank;
 
   PetscFunctionBeginUser;
-  PetscCall(DLMOptionsInsert(comm, argc, argv));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (DLMOptionsAskVersion(argc, argv)) {
+    if (rank == 0) PetscCall(DLMVersionPrint(stdout));
+    PetscFunctionReturn(0);
+  }
+  PetscCall(DLMOptionsInsert(comm, argc, argv));
   PetscCall(PetscOptionsHasName(NULL, NULL, "-options_table", &table));
   if (table) {
     if (rank == 0) PetscCall(DLMSceneWriteOptionsTable(stdout));

@@ -2,6 +2,7 @@
 #include <fcntl.h>
 #include <inttypes.h>
 #include <unistd.h>
+#include <dlmbuild.h>
 #include "../../include/dlmscene.h"
 #include "../../include/private/checkpoint.h"
 #include "../../include/private/natural.h"

@@ -1,4 +1,5 @@
 #include <errno.h>
+#include <dlmversion.h>
 #include "../../include/private/memory.h"
 #include "../../include/private/outputimpl.h"
 #include "../../include/private/wholefile.h"
@@ -15,20 +16,44 @@ static void Number(FILE *file, const char *name, PetscReal x)
   else fprintf(file, "  \"%s\": %.15g,\n", name, (double)x);
 }
 
-static void Text(FILE *file, const char *name, const char *text, const char *end)
+static void Quoted(FILE *file, const char *text)
 {
-  fprintf(file, "\"%s\": \"", name);
+  fputc('"', file);
   for (; *text; text++) {
     if (*text == '"' || *text == '\\') fputc('\\', file);
     if ((unsigned char)*text >= 32) fputc(*text, file);
   }
-  fprintf(file, "\"%s", end);
+  fputc('"', file);
+}
+
+static void Text(FILE *file, const char *name, const char *text, const char *end)
+{
+  fprintf(file, "\"%s\": ", name);
+  Quoted(file, text);
+  fputs(end, file);
 }
 
 static void Line(FILE *file, const char *name, const char *text)
 {
   fputs("    ", file);
   Text(file, name, text, ",\n");
+}
+
+static PetscErrorCode WriteVersion(FILE *file)
+{
+  const char *name;
+  char        value[1024];
+
+  PetscFunctionBegin;
+  fputs("  \"version\": {", file);
+  for (PetscInt k = 0;; k++) {
+    PetscCall(DLMVersionGetFact(k, &name, value, sizeof(value)));
+    if (!name) break;
+    fprintf(file, "%s\n    \"%s\": ", k ? "," : "", name);
+    Quoted(file, value);
+  }
+  fputs("\n  },\n", file);
+  PetscFunctionReturn(0);
 }
 
 static void WriteScene(FILE *file, DLMSimulation sim)
@@ -173,7 +198,8 @@ static PetscErrorCode WriteAll(FILE *file, DLMOutput output, const Findings *fou
   PetscCall(TSGetStepRejections(sim->ts, &rejected));
   PetscCall(DLMSplitGetScheme(sim->ts, &scheme, &order));
   PetscCall(PetscTime(&now));
-  fprintf(file, "{\n  \"version\": \"%s\",\n", DLM_VERSION);
+  fputs("{\n", file);
+  PetscCall(WriteVersion(file));
   WriteScene(file, sim);
   fprintf(file, "  \"nodes\": %ld,\n  \"ranks\": %d,\n  \"scheme\": \"%s\",\n  \"dt\": %.15g,\n  \"steps\": %ld,\n  \"steps_rejected\": %ld,\n",
           Nodes(scene), found->ranks, scheme, (double)scene->ts_dt, (long)steps, (long)rejected);

@@ -186,9 +186,22 @@ static PetscBool NamesFile(const char argument[])
                                                                                                : PETSC_FALSE;
 }
 
+static PetscBool IsVersion(const char argument[])
+{
+  return !strcasecmp(argument, "-version") || !strcasecmp(argument, "--version") ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscBool DLMOptionsAskVersion(int argc, char **argv)
+{
+  for (int i = 1; i < argc; i++) {
+    if (IsVersion(argv[i])) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
 /*
   The arguments PETSC may read itself: all but the scene's file and -options_file FILE, whose errors PETSc would
-  report with a trace. The caller frees the list (the strings stay argv's).
+  report with a trace, and -version, to which it would answer with its own. The caller frees the list (the strings stay argv's).
 */
 static char **KeepPlainArguments(int argc, char **argv, int *n)
 {
@@ -197,7 +210,7 @@ static char **KeepPlainArguments(int argc, char **argv, int *n)
   *n = 0;
   for (int i = 0; kept && i < argc; i++) {
     if (i > 0 && NamesFile(argv[i])) i += (i + 1 < argc && argv[i + 1][0] != '-');
-    else if (i != 1 || argv[i][0] == '-') kept[(*n)++] = argv[i];
+    else if ((i != 1 || argv[i][0] == '-') && (i == 0 || !IsVersion(argv[i]))) kept[(*n)++] = argv[i];
   }
   if (kept) kept[*n] = NULL;
   return kept;
