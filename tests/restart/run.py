@@ -111,7 +111,7 @@ def refused():
         flipped = bytearray(whole)
         flipped[at] ^= 1 << chance.randrange(8)
         damaged(f"a flipped bit in byte {at}", bytes(flipped), r"-restart \S+ (is damaged|is not a checkpoint|has format)")
-    damaged("another version", whole.replace(b"format 1\n", b"format 7\n", 1), r"has format 7, written by dlmfd \S+; allowed: format 1, that of this dlmfd")
+    damaged("another version", re.sub(rb"format \d+\n", b"format 7\n", whole, count=1), r"has format 7, written by dlmfd \S+; allowed: format \d+, that of this dlmfd")
     refusal("-checkpoint_every -1", "-checkpoint_every -1: '-1' is out of range", scene + " -checkpoint_every -1", "none")
     check(not os.path.exists(place("none")), "nothing was written")
 
