@@ -16,6 +16,7 @@ typedef enum { DLM_FORM_FACTOR, DLM_FORM_LOG } DLMPolymerForm;
 typedef enum { DLM_COUPLING_EXPLICIT, DLM_COUPLING_BOTH_SIDES } DLMCoupling;
 typedef enum { DLM_INSIDE_IDENTITY, DLM_INSIDE_EVOLVE, DLM_INSIDE_EXTEND } DLMInside;
 typedef enum { DLM_PLANE_12, DLM_PLANE_13, DLM_PLANE_23 } DLMPlane;
+typedef enum { DLM_LUBRICATION_FALSE, DLM_LUBRICATION_TRUE, DLM_LUBRICATION_AUTO } DLMLubricationChoice;
 
 extern const char *const DLMMotions[];
 extern const char *const DLMPairingTypes[];
@@ -24,6 +25,7 @@ extern const char *const DLMFluidModels[];
 extern const char *const DLMPolymerForms[];
 extern const char *const DLMCouplings[];
 extern const char *const DLMInsides[];
+extern const char *const DLMLubrications[];
 
 /* One rigid sphere as the scene starts it. */
 typedef struct {
@@ -83,6 +85,8 @@ typedef struct {
 
   PetscReal contact_range;            /* rho; DLM_AUTO: h/8; 0: no repulsion */
   PetscReal contact_stiffness;        /* repulsion at touching (force); DLM_AUTO: from shear and buoyancy */
+  DLMLubricationChoice lubrication;   /* friction across narrow gaps */
+  PetscReal lubrication_range;        /* gaps narrower than this, in mean radii of the two bodies */
 
   PetscReal ts_dt, ts_max_time, ts_rtol; /* read here for checks and reports; TS reads its own keys too */
 

@@ -2,6 +2,7 @@
 #define DLM_SADDLEIMPL_H
 
 #include "../dlmsaddle.h"
+#include "../dlmlubrication.h"
 #include "response.h"
 
 /*
@@ -24,7 +25,7 @@ typedef struct {
   PetscReal *factor;              /* Cholesky factor of S = Q^T J L J^T Q, column major, lower; NULL: the unit matrix */
   PetscReal *R, *Y;               /* n x 6 n_spheres: Q^T of the rigid motions, and (scale S)^-1 R */
   PetscBool  harmonic;            /* fewer multipliers than points */
-  PetscReal *W;                   /* Cholesky factor of R^T (scale S)^-1 R + M/dt */
+  PetscReal *W;                   /* Cholesky factor of R^T (scale S)^-1 R + M/dt + Z, Z without cut gaps */
   PetscInt   start;               /* first entry in the gathered vector: multipliers, then rigid motions */
 } DLMBlock;
 
@@ -40,6 +41,7 @@ typedef struct {
   DLMPairing     pairing;
   const DLMScene *scene;
   DLMStokes      stokes;
+  DLMLubrication *lubrication;
   const DLMResponse *response;
   PetscBool      plain;           /* unit matrix in place of J L J^T (Uzawa) */
   PetscReal      scale;           /* of S in all blocks */
@@ -48,6 +50,7 @@ typedef struct {
   PetscSF        gather;          /* bodies' vector -> blocks */
   PetscInt       n_gathered;
   PetscReal     *gathered;
+  PetscInt       n_cut;           /* gaps whose friction couples two blocks */
   PetscInt       n_clusters, largest, built;
 } DLMBlocks;
 
@@ -59,6 +62,7 @@ struct _p_DLMSaddle {
   DLMBodyLayout   layout;
   DLMBlocks      *blocks;
   DLMInertia      inertia;
+  DLMLubrication  lubrication;    /* at the centres of the last solve */
   PetscBool       uzawa;          /* velocity | (pressure, bodies) instead of fluid | bodies */
   KSP             bodies_ksp;     /* borrowed from ksp */
   PetscReal       rtol;           /* of the bodies' solve */
@@ -90,7 +94,8 @@ PETSC_INTERN PetscErrorCode DLMFindClusters(DLMSpheres spheres, const DLMScene *
 PETSC_INTERN PetscErrorCode DLMBlockAssemble(DLMBlocks *blocks, DLMBlock *block, const DLMMarkers *markers, const PetscInt *first, const PetscInt *sphere_of);
 PETSC_INTERN PetscErrorCode DLMBlockFillRigid(DLMBlocks *blocks, DLMBlock *block, const DLMMarkers *markers, const PetscInt *first);
 
-PETSC_INTERN PetscErrorCode DLMBlocksCreate(DLMStokes stokes, DLMPairing pairing, DLMSpheres spheres, const DLMScene *scene, PetscBool plain, DLMBlocks **blocks);
+PETSC_INTERN PetscErrorCode DLMBlocksCreate(DLMStokes stokes, DLMPairing pairing, DLMSpheres spheres, const DLMScene *scene, DLMLubrication *lubrication, PetscBool plain,
+                                            DLMBlocks **blocks);
 PETSC_INTERN PetscErrorCode DLMBlocksDestroy(DLMBlocks **blocks);
 /* Brings the blocks up to date with centres, layout and inertia. Collective. */
 PETSC_INTERN PetscErrorCode DLMBlocksUpdate(DLMBlocks *blocks, const DLMBodyLayout *layout, PetscReal inertia_weight);
@@ -104,6 +109,18 @@ PETSC_INTERN PetscErrorCode DLMBlocksSetState(DLMBlocks *blocks, const DLMBodyLa
 PETSC_INTERN PetscErrorCode DLMBlocksApply(DLMBlocks *blocks, const PetscScalar *r, PetscScalar *z);
 /* sum over the blocks of lambda^T S lambda. Collective. */
 PETSC_INTERN PetscErrorCode DLMBlocksEnergy(DLMBlocks *blocks, const PetscScalar *x, PetscReal *energy);
+
+/* rigid.c: W of a block, factored; and the solve with the W of all blocks, in place in the gathered vector, when cut gaps couple them. Collective. */
+PETSC_INTERN PetscErrorCode DLMBlockBuildRigid(const DLMBlocks *blocks, DLMBlock *block, PetscReal inertia_weight);
+PETSC_INTERN PetscErrorCode DLMBlocksSolveRigid(DLMBlocks *blocks);
+/*
+  friction.c. Friction on the owned spheres: load[6 owned] -= Z U, held components apart in U and load, walls at rest. Collective; does nothing without gaps.
+*/
+PETSC_INTERN PetscErrorCode DLMSaddleSubtractFriction(DLMSaddle saddle, const PetscScalar *U, PetscScalar *load);
+/* load[6 n] += friction on every sphere by the motions in the states, walls moving. Not collective. */
+PETSC_INTERN void DLMSaddleAddFriction(DLMSaddle saddle, PetscReal *load);
+/* Adds friction to force, torque and stresslet of all spheres, the same on every rank. Not collective. */
+PETSC_INTERN void DLMSaddleShareFriction(DLMSaddle saddle);
 
 /* M and I of sphere i times weight, per rigid component; 1 for a held component. */
 PETSC_INTERN void DLMRigidMass(const DLMScene *scene, PetscInt i, PetscReal weight, PetscReal mass[6]);

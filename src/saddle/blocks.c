@@ -1,7 +1,8 @@
 #include "../../include/private/saddleimpl.h"
 #include <petscblaslapack.h>
 
-PetscErrorCode DLMBlocksCreate(DLMStokes stokes, DLMPairing pairing, DLMSpheres spheres, const DLMScene *scene, PetscBool plain, DLMBlocks **new_blocks)
+PetscErrorCode DLMBlocksCreate(DLMStokes stokes, DLMPairing pairing, DLMSpheres spheres, const DLMScene *scene, DLMLubrication *lubrication, PetscBool plain,
+                               DLMBlocks **new_blocks)
 {
   DLMCover   cover = { .degree = 0 };
   DLMBlocks *blocks;
@@ -13,6 +14,7 @@ PetscErrorCode DLMBlocksCreate(DLMStokes stokes, DLMPairing pairing, DLMSpheres 
   blocks->scene   = scene;
   blocks->stokes  = stokes;
   blocks->plain   = plain;
+  blocks->lubrication = lubrication;
   blocks->scale   = plain ? DLMUzawaScale(stokes) : 1.0;
   if (!plain) {
     const PetscReal reach = scene->n_spheres > 2 ? 6.0 : (scene->n_spheres > 1 ? 4.0 : 2.0);
@@ -90,29 +92,6 @@ static PetscErrorCode SolveFactor(const DLMBlocks *blocks, const DLMBlock *b, Pe
   PetscFunctionBegin;
   if (b->factor) LAPACKpotrs_("L", &n, &columns, b->factor, &n, x, &n, &info);
   for (PetscInt i = 0; i < b->n * m; i++) x[i] /= blocks->scale;
-  PetscFunctionReturn(0);
-}
-
-/* W = R^T (scale S)^-1 R + M/dt, factored. */
-static PetscErrorCode BuildRigid(const DLMScene *scene, DLMBlock *b, PetscReal inertia_weight)
-{
-  const PetscInt m = 6 * b->n_spheres;
-  PetscBLASInt   size = (PetscBLASInt)m, info;
-
-  PetscFunctionBegin;
-  for (PetscInt j = 0; j < m; j++)
-    for (PetscInt i = 0; i < m; i++) {
-      PetscReal sum = 0.0;
-      for (PetscInt k = 0; k < b->n; k++) sum += b->R[i * b->n + k] * b->Y[j * b->n + k];
-      b->W[j * m + i] = sum;
-    }
-  for (PetscInt s = 0; s < b->n_spheres; s++) {
-    PetscReal mass[6];
-    DLMRigidMass(scene, b->spheres[s], inertia_weight, mass);
-    for (int c = 0; c < 6; c++) b->W[(6 * s + c) * (m + 1)] += mass[c];
-  }
-  LAPACKpotrf_("L", &size, b->W, &size, &info);
-  PetscCheck(info == 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "The rigid-motion block of sphere %" PetscInt_FMT " is not positive definite", b->spheres[0]);
   PetscFunctionReturn(0);
 }
 
@@ -264,6 +243,16 @@ static PetscErrorCode BuildGather(DLMBlocks *blocks, const DLMBodyLayout *layout
   PetscFunctionReturn(0);
 }
 
+static void MarkCut(DLMBlocks *blocks, const PetscInt *cluster)
+{
+  blocks->n_cut = 0;
+  for (PetscInt g = 0; g < blocks->lubrication->n; g++) {
+    DLMGap *gap = &blocks->lubrication->gaps[g];
+    gap->cut    = (PetscBool)(gap->j >= 0 && cluster[gap->i] != cluster[gap->j]);
+    blocks->n_cut += gap->cut;
+  }
+}
+
 PetscErrorCode DLMBlocksUpdate(DLMBlocks *blocks, const DLMBodyLayout *layout, PetscReal inertia_weight)
 {
   const PetscInt total = blocks->scene->n_spheres, n_old = blocks->n;
@@ -275,6 +264,7 @@ PetscErrorCode DLMBlocksUpdate(DLMBlocks *blocks, const DLMBodyLayout *layout, P
   PetscCallMPI(MPI_Comm_rank(blocks->scene->comm, &rank));
   PetscCall(PetscMalloc2(total, &cluster, total, &member));
   PetscCall(DLMFindClusters(blocks->spheres, blocks->scene, layout, &blocks->n_clusters, cluster));
+  MarkCut(blocks, cluster);
   PetscCall(PetscCalloc1(blocks->n_clusters + 1, &size));
   PetscCall(PetscCalloc1(blocks->n_clusters, &blocks->block));
   for (PetscInt i = 0; i < total; i++) size[cluster[i] + 1]++;
@@ -288,7 +278,7 @@ PetscErrorCode DLMBlocksUpdate(DLMBlocks *blocks, const DLMBodyLayout *layout, P
     blocks->largest = PetscMax(blocks->largest, n);
     if (layout->rank[member[first]] != rank) continue; /* the rank of its first sphere keeps a cluster's block */
     PetscCall(PlaceBlock(blocks, n_old, old, n_spheres, member + first, n, &blocks->block[blocks->n]));
-    PetscCall(BuildRigid(blocks->scene, &blocks->block[blocks->n++], inertia_weight));
+    PetscCall(DLMBlockBuildRigid(blocks, &blocks->block[blocks->n++], inertia_weight));
   }
   for (PetscInt k = 0; k < n_old; k++) PetscCall(BlockDestroy(&old[k]));
   PetscCall(PetscFree(old));
@@ -381,26 +371,36 @@ PetscErrorCode DLMBlocksSetState(DLMBlocks *blocks, const DLMBodyLayout *layout,
   PetscFunctionReturn(0);
 }
 
-/* lambda <- Y U - S^-1 r1 with W U = r2 + R^T S^-1 r1; in place: x holds r1, r2 and then lambda, U. */
-static PetscErrorCode ApplyBlock(const DLMBlocks *blocks, const DLMBlock *b, PetscReal *x)
+/* x holds r1, r2: r1 <- S^-1 r1, r2 <- r2 + R^T S^-1 r1. */
+static PetscErrorCode CondenseBlock(const DLMBlocks *blocks, const DLMBlock *b, PetscReal *x)
 {
-  PetscReal   *U = x + b->n, one = 1.0, minus = -1.0;
-  PetscBLASInt n = (PetscBLASInt)b->n, m = (PetscBLASInt)(6 * b->n_spheres), unit = 1, info;
+  PetscReal    one = 1.0;
+  PetscBLASInt n = (PetscBLASInt)b->n, m = (PetscBLASInt)(6 * b->n_spheres), unit = 1;
 
   PetscFunctionBegin;
   PetscCall(SolveFactor(blocks, b, 1, x));
-  BLASgemv_("T", &n, &m, &one, b->R, &n, x, &unit, &one, U, &unit);
-  LAPACKpotrs_("L", &m, &unit, b->W, &m, U, &m, &info);
-  BLASgemv_("N", &n, &m, &one, b->Y, &n, U, &unit, &minus, x, &unit);
+  BLASgemv_("T", &n, &m, &one, b->R, &n, x, &unit, &one, x + b->n, &unit);
   PetscFunctionReturn(0);
 }
 
+/* lambda <- Y U - S^-1 r1, in place. */
+static void ExpandBlock(const DLMBlock *b, PetscReal *x)
+{
+  PetscReal    one = 1.0, minus = -1.0;
+  PetscBLASInt n = (PetscBLASInt)b->n, m = (PetscBLASInt)(6 * b->n_spheres), unit = 1;
+
+  BLASgemv_("N", &n, &m, &one, b->Y, &n, x + b->n, &unit, &minus, x, &unit);
+}
+
+/* W U = r2 + R^T S^-1 r1, then lambda = Y U - S^-1 r1. */
 PetscErrorCode DLMBlocksApply(DLMBlocks *blocks, const PetscScalar *r, PetscScalar *z)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscSFBcastBegin(blocks->gather, MPIU_SCALAR, r, blocks->gathered, MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(blocks->gather, MPIU_SCALAR, r, blocks->gathered, MPI_REPLACE));
-  for (PetscInt k = 0; k < blocks->n; k++) PetscCall(ApplyBlock(blocks, &blocks->block[k], blocks->gathered + blocks->block[k].start));
+  for (PetscInt k = 0; k < blocks->n; k++) PetscCall(CondenseBlock(blocks, &blocks->block[k], blocks->gathered + blocks->block[k].start));
+  PetscCall(DLMBlocksSolveRigid(blocks));
+  for (PetscInt k = 0; k < blocks->n; k++) ExpandBlock(&blocks->block[k], blocks->gathered + blocks->block[k].start);
   PetscCall(PetscSFReduceBegin(blocks->gather, MPIU_SCALAR, blocks->gathered, z, MPI_REPLACE));
   PetscCall(PetscSFReduceEnd(blocks->gather, MPIU_SCALAR, blocks->gathered, z, MPI_REPLACE));
   PetscFunctionReturn(0);

@@ -33,7 +33,7 @@ PetscErrorCode DLMSaddleGetSlip(DLMSaddle s, PetscReal *slip)
 
 /*
   The energy that conjugate gradients reduce does not see a slip that is a rigid motion: the iterates of lambda are right, those of U lag behind and may
-  even drift (B6). So U is read off at the end: it takes up the rigid part of the slip. With inertia lambda follows, to keep the force balance.
+  even drift (B6). So U is read off at the end: it takes up the rigid part of the slip. With inertia or friction lambda follows, to keep the force balance.
 */
 static PetscErrorCode ReadMotions(DLMSaddle s)
 {
@@ -45,12 +45,13 @@ static PetscErrorCode ReadMotions(DLMSaddle s)
   PetscCall(Slip(s, r));
   PetscCall(DLMBlocksApply(s->blocks, r, z));
   for (PetscInt i = rigid; i < n; i++) s->lambda[i] += z[i];
-  if (s->inertia.weight > 0.0) {
-    PetscCall(PetscArrayzero(r, rigid));
+  if (s->inertia.weight > 0.0 || s->lubrication.n) {
+    PetscCall(PetscArrayzero(r, n));
+    PetscCall(DLMSaddleSubtractFriction(s, z + rigid, r + rigid));
     for (PetscInt k = 0; k < s->spheres->n_owned; k++) {
       PetscReal mass[6];
       DLMRigidMass(s->scene, s->spheres->owned[k], s->inertia.weight, mass);
-      for (int c = 0; c < 6; c++) r[rigid + 6 * k + c] = -mass[c] * z[rigid + 6 * k + c];
+      for (int c = 0; c < 6; c++) r[rigid + 6 * k + c] -= mass[c] * z[rigid + 6 * k + c];
     }
     PetscCall(DLMBlocksApply(s->blocks, r, z));
     for (PetscInt i = 0; i < n; i++) s->lambda[i] += z[i];
@@ -114,5 +115,6 @@ PetscErrorCode DLMSaddleStoreResult(DLMSaddle s)
     state->stresslet[5] = -moment[1][2];
   }
   PetscCall(DLMSpheresShare(s->spheres));
+  DLMSaddleShareFriction(s);
   PetscFunctionReturn(0);
 }

@@ -9,6 +9,7 @@ PetscErrorCode DLMSaddleDestroy(DLMSaddle *pointer)
   if (!s) PetscFunctionReturn(0);
   PetscCall(DLMSaddleResetSolver(s));
   PetscCall(DLMBlocksDestroy(&s->blocks));
+  PetscCall(DLMLubricationDestroy(&s->lubrication));
   PetscCall(DLMLayoutDestroy(&s->layout));
   PetscCall(VecDestroy(&s->fluid));
   PetscCall(VecDestroy(&s->lumped_mass));
@@ -82,7 +83,8 @@ static PetscErrorCode CreateForSpheres(DLMSaddle s)
   PetscReal before = DLMMemoryInUse();
 
   PetscFunctionBeginUser;
-  PetscCall(DLMBlocksCreate(s->stokes, s->pairing, s->spheres, s->scene, s->uzawa, &s->blocks));
+  PetscCall(DLMLubricationCreate(s->scene, &s->lubrication));
+  PetscCall(DLMBlocksCreate(s->stokes, s->pairing, s->spheres, s->scene, &s->lubrication, s->uzawa, &s->blocks));
   s->parts.response_bytes = DLMMemoryInUse() - before;
   PetscCall(DLMSaddleUpdateLayout(s));
   before = DLMMemoryInUse();
@@ -120,25 +122,27 @@ PetscErrorCode DLMSaddleCreate(DLMStokes stokes, DLMSpheres spheres, DLMPairing 
   PetscFunctionReturn(0);
 }
 
-/* Starts from the last velocities, then moves (lambda, U) onto the force balance R^T lambda + M/dt U = F + M U_old/dt. */
+/* Starts from the last velocities, then moves (lambda, U) onto the force balance R^T lambda + (M/dt + Z) U = F + M U_old/dt. */
 static PetscErrorCode BalanceStart(DLMSaddle s, const PetscReal *force, const PetscReal *torque)
 {
-  PetscScalar *r, *z, *load;
+  PetscScalar *r, *z, *load, *friction;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc3(s->layout.n_local, &r, s->layout.n_local, &z, 6 * s->spheres->n_owned, &load));
+  PetscCall(PetscCalloc4(s->layout.n_local, &r, s->layout.n_local, &z, 6 * s->spheres->n_owned, &load, 6 * s->scene->n_spheres, &friction));
   PetscCall(DLMSaddleLoads(s, s->lambda, load));
+  DLMSaddleAddFriction(s, friction);
   for (PetscInt k = 0; k < s->spheres->n_owned; k++) {
     const PetscInt        i     = s->spheres->owned[k];
     const DLMSphereState *state = &s->spheres->state[i];
     PetscReal            *U = s->lambda + s->layout.rigid[i], *balance = r + s->layout.rigid[i], mass[6];
     DLMRigidMass(s->scene, i, s->inertia.weight, mass);
     for (int c = 0; c < 6; c++) {
-      const PetscReal now = c < 3 ? state->velocity[c] : state->omega[c - 3], before = c < 3 ? state->velocity_before[c] : state->omega_before[c - 3];
+      const int        d = c % 3;
+      const PetscReal  now = c < 3 ? state->velocity[d] : state->omega[d], before = c < 3 ? state->velocity_before[d] : state->omega_before[d];
       const PetscReal *outer = c < 3 ? force : torque;
       U[c]                   = now;
       if (DLMRigidHeld(s->scene, i, c)) continue;
-      balance[c] = (outer ? outer[3 * i + c % 3] : 0.0) - load[6 * k + c];
+      balance[c] = (outer ? outer[3 * i + d] : 0.0) + friction[6 * i + c] - load[6 * k + c];
       if (s->inertia.weight > 0.0) balance[c] += mass[c] * (s->inertia.now * now + s->inertia.before * before - U[c]);
     }
   }
@@ -148,7 +152,7 @@ static PetscErrorCode BalanceStart(DLMSaddle s, const PetscReal *force, const Pe
     PetscCall(DLMBlocksEnergy(s->blocks, s->lambda, &s->reference));
     s->reference = PetscSqrtReal(s->reference / s->blocks->scale);
   }
-  PetscCall(PetscFree3(r, z, load));
+  PetscCall(PetscFree4(r, z, load, friction));
   PetscFunctionReturn(0);
 }
 
@@ -230,6 +234,7 @@ PetscErrorCode DLMSaddleSolve(DLMSaddle s, DLMInertia inertia, const PetscReal *
   }
   s->inertia = inertia;
   PetscCall(DLMSaddleUpdateLayout(s));
+  PetscCall(DLMLubricationUpdate(&s->lubrication, s->spheres));
   PetscCall(DLMBlocksUpdate(s->blocks, &s->layout, inertia.weight));
   PetscCall(BalanceStart(s, force, torque));
   PetscCall(SetRightHandSide(s, body_force));

@@ -34,12 +34,12 @@ static PetscErrorCode CouplingMultTranspose(Mat mat, Vec u, Vec b)
   PetscFunctionReturn(0);
 }
 
-/* y <- (R U - epsilon lambda, R^T lambda + M/dt U), held components apart. */
+/* y <- (R U - epsilon lambda, R^T lambda + (M/dt + Z) U), held components apart. */
 static PetscErrorCode BodiesMult(Mat mat, Vec x, Vec y)
 {
   DLMSaddle          s;
   const PetscScalar *in, *U;
-  PetscScalar       *out, *load, *moving;
+  PetscScalar       *out, *load, *moving, *friction;
 
   PetscFunctionBeginUser;
   PetscCall(MatShellGetContext(mat, &s));
@@ -48,19 +48,20 @@ static PetscErrorCode BodiesMult(Mat mat, Vec x, Vec y)
   /* the rigid motions are the tail of both vectors */
   U    = in + s->layout.n_multipliers;
   load = out + s->layout.n_multipliers;
-  PetscCall(PetscMalloc1(6 * s->spheres->n_owned, &moving));
+  PetscCall(PetscCalloc2(6 * s->spheres->n_owned, &moving, 6 * s->spheres->n_owned, &friction));
   for (PetscInt k = 0; k < s->spheres->n_owned; k++)
     for (int c = 0; c < 6; c++) moving[6 * k + c] = DLMRigidHeld(s->scene, s->spheres->owned[k], c) ? 0.0 : U[6 * k + c];
   PetscCall(DLMSaddleRigidMotion(s, moving, out));
   PetscCall(DLMSaddleComply(s, in, out));
   PetscCall(DLMSaddleLoads(s, in, load));
+  PetscCall(DLMSaddleSubtractFriction(s, moving, friction));
   for (PetscInt k = 0; k < s->spheres->n_owned; k++) {
     PetscReal mass[6];
     DLMRigidMass(s->scene, s->spheres->owned[k], s->inertia.weight, mass);
     for (int c = 0; c < 6; c++)
-      load[6 * k + c] = mass[c] * U[6 * k + c] + (DLMRigidHeld(s->scene, s->spheres->owned[k], c) ? 0.0 : load[6 * k + c]);
+      load[6 * k + c] = mass[c] * U[6 * k + c] - friction[6 * k + c] + (DLMRigidHeld(s->scene, s->spheres->owned[k], c) ? 0.0 : load[6 * k + c]);
   }
-  PetscCall(PetscFree(moving));
+  PetscCall(PetscFree2(moving, friction));
   PetscCall(VecRestoreArray(y, &out));
   PetscCall(VecRestoreArrayRead(x, &in));
   PetscFunctionReturn(0);

@@ -11,6 +11,7 @@ const char *const DLMFluidModels[]  = {"newtonian", "oldroyd_b", "ucm", "carreau
 const char *const DLMPolymerForms[] = {"factor", "log", "DLMPolymerForm", "DLM_FORM_", NULL};
 const char *const DLMCouplings[]    = {"explicit", "both_sides", "DLMCoupling", "DLM_COUPLING_", NULL};
 const char *const DLMInsides[]      = {"identity", "evolve", "extend", "DLMInside", "DLM_INSIDE_", NULL};
+const char *const DLMLubrications[] = {"false", "true", "auto", "DLMLubricationChoice", "DLM_LUBRICATION_", NULL};
 static const char *const Planes[]   = {"12", "13", "23", "DLMPlane", "DLM_PLANE_", NULL};
 static const char *const SplitSchemes[] = {"lie", "strang", "DLMSplitScheme", "DLM_SPLIT_", NULL};
 static const char *const AdaptTypes[] = {"none", "scene", "DLMAdaptType", "DLM_ADAPT_", NULL};
@@ -101,6 +102,11 @@ const DLMSceneKey DLMSceneKeys[] = {
    "gap below which bodies repel; auto: h/8, 0: no repulsion"},
   {"Contact", "contact_stiffness", DLM_KEY_AUTO, "auto", AT(scene.contact_stiffness), NOT_NEGATIVE, "force",
    "repulsion at touching; auto: from shear and buoyancy"},
+  {"Contact", "lubrication", DLM_KEY_WORD, "auto", AT(scene.lubrication), ONE_OF(DLMLubrications), "",
+   "friction across narrow gaps, for the lubrication that the mesh does not resolve; auto: in Newtonian fluid, under the default cover (for which it was "
+   "measured), where two bodies can meet"},
+  {"Contact", "lubrication_range", DLM_KEY_REAL, "0.75", AT(scene.lubrication_range), BETWEEN(0.01, 2), "mean radius",
+   "gaps narrower than this get that friction; in mean radii of the two bodies, where a wall counts as 0"},
 
   {"Time", "ts_dt", DLM_KEY_REAL, "0.02", AT(scene.ts_dt), POSITIVE, "time", "time step"},
   {"Time", "ts_max_time", DLM_KEY_REAL, "1", AT(scene.ts_max_time), POSITIVE, "time", "end of the run"},

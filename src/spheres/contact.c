@@ -1,4 +1,5 @@
 #include "../../include/dlmcontact.h"
+#include "../../include/dlmlubrication.h"
 #include "../../include/private/spheresimpl.h"
 
 /* Largest viscous force of the wall-driven shear on a sphere, plus its net weight. */
