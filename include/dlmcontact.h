@@ -20,8 +20,11 @@ typedef struct {
   PetscReal largest;   /* largest force so far in the run */
 } DLMContact;
 
-/* Chooses what the scene leaves open: range h/8; stiffness five times the largest viscous and buoyant force on a sphere. */
-PETSC_EXTERN PetscErrorCode DLMContactCreate(const DLMScene *scene, DLMContact *contact);
+/*
+  Chooses what the scene leaves open: range h/8, or a thousandth of the smallest radius where lubrication keeps the bodies apart; stiffness five times the
+  largest viscous and buoyant force on a sphere.
+*/
+PETSC_EXTERN PetscErrorCode DLMContactCreate(const DLMScene *scene, PetscBool lubricated, DLMContact *contact);
 /* force[3 n] <- repulsion on every sphere at the present centres; the same on every rank. Not collective. */
 PETSC_EXTERN PetscErrorCode DLMContactForces(DLMContact *contact, DLMSpheres spheres, PetscReal *force);
 #endif

@@ -21,6 +21,7 @@ typedef struct {
 
 typedef struct {
   PetscBool exists;       /* the scene has it */
+  const char *absent;     /* why not, or NULL */
   PetscReal range;        /* gaps narrower than this, in mean radii of the two; a wall has radius 0 */
   PetscInt  n;
   DLMGap   *gaps;         /* at the centres of the last update; the same on every rank */
@@ -31,6 +32,12 @@ PETSC_EXTERN PetscErrorCode DLMLubricationCreate(const DLMScene *scene, DLMLubri
 PETSC_EXTERN PetscErrorCode DLMLubricationDestroy(DLMLubrication *lubrication);
 /* The gaps at the present centres. Not collective. */
 PETSC_EXTERN PetscErrorCode DLMLubricationUpdate(DLMLubrication *lubrication, DLMSpheres spheres);
+/*
+  (L7) After the centres have moved from start[3 n] by the states' velocities over a time: a gap that closes at the rate k = speed/width (of the last
+  update's centres) is left at no less than exp(-k time) of what it was at the start, as friction that goes with 1/gap would leave it; else a step that is too
+  long for k would make the spheres overlap. Where it is not, the two are moved apart. The same on every rank. Not collective.
+*/
+PETSC_EXTERN PetscErrorCode DLMLubricationKeepGaps(DLMLubrication *lubrication, DLMSpheres spheres, const PetscReal *start, PetscReal time);
 /* True if something moves and can touch a wall or another sphere. */
 PETSC_EXTERN PetscBool DLMBodiesCanMeet(const DLMScene *scene);
 

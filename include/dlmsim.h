@@ -5,6 +5,7 @@
 #define DLMSIM_H
 
 #include "dlmcontact.h"
+#include "dlmlubrication.h"
 #include "dlmsaddle.h"
 #include "dlmsplit.h"
 

@@ -15,6 +15,7 @@ typedef enum {
   DLM_PART_STOKES,
   DLM_PART_PRESSURE_BLOCKS,
   DLM_PART_SPHERES,
+  DLM_PART_LUBRICATION,
   DLM_PART_CONTACT,
   DLM_PART_MOTION,
   DLM_PART_INERTIA,
@@ -75,6 +76,7 @@ struct _p_DLMSimulation {
   DLMPairing      pairing;
   DLMSaddle       saddle;
   DLMContact      contact;
+  DLMLubrication  lubrication; /* for the moves of the centres; the saddle keeps its own */
   DLMPolymer      polymer;  /* NULL in Newtonian fluid, like what follows */
   Vec             body_force; /* of the polymer's stress */
   PetscBool       flowing;    /* a velocity has been solved for */

@@ -99,7 +99,7 @@ const DLMSceneKey DLMSceneKeys[] = {
    "surface points lie this deep below the surface; auto: calibrated, 0: the thesis's method"},
 
   {"Contact", "contact_range", DLM_KEY_AUTO, "auto", AT(scene.contact_range), NOT_NEGATIVE, "length",
-   "gap below which bodies repel; auto: h/8, 0: no repulsion"},
+   "gap below which bodies repel; auto: h/8, or a thousandth of the smallest radius under lubrication; 0: no repulsion"},
   {"Contact", "contact_stiffness", DLM_KEY_AUTO, "auto", AT(scene.contact_stiffness), NOT_NEGATIVE, "force",
    "repulsion at touching; auto: from shear and buoyancy"},
   {"Contact", "lubrication", DLM_KEY_WORD, "auto", AT(scene.lubrication), ONE_OF(DLMLubrications), "",

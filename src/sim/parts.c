@@ -85,6 +85,19 @@ static PetscErrorCode Spheres(DLMSimulation sim, DLMPartRecord *part)
   PetscFunctionReturn(0);
 }
 
+static PetscErrorCode Lubrication(DLMSimulation sim, DLMPartRecord *part)
+{
+  PetscFunctionBegin;
+  if (!sim->spheres) {
+    PetscCall(Say(part, PETSC_FALSE, no_spheres));
+    PetscFunctionReturn(0);
+  }
+  PetscCall(DLMLubricationCreate(sim->scene, &sim->lubrication));
+  if (sim->lubrication.absent) PetscCall(Say(part, PETSC_FALSE, "%s", sim->lubrication.absent));
+  else PetscCall(Say(part, PETSC_TRUE, "friction across gaps of up to %.3g mean radii, which the mesh does not resolve", (double)sim->lubrication.range));
+  PetscFunctionReturn(0);
+}
+
 static PetscErrorCode Contact(DLMSimulation sim, DLMPartRecord *part)
 {
   PetscFunctionBegin;
@@ -92,7 +105,7 @@ static PetscErrorCode Contact(DLMSimulation sim, DLMPartRecord *part)
     PetscCall(Say(part, PETSC_FALSE, no_spheres));
     PetscFunctionReturn(0);
   }
-  PetscCall(DLMContactCreate(sim->scene, &sim->contact));
+  PetscCall(DLMContactCreate(sim->scene, sim->lubrication.exists, &sim->contact));
   if (sim->contact.absent) PetscCall(Say(part, PETSC_FALSE, "%s", sim->contact.absent));
   else PetscCall(Say(part, PETSC_TRUE, "bodies can meet: range %.3g, stiffness %.3g", (double)sim->contact.range, (double)sim->contact.stiffness));
   PetscFunctionReturn(0);
@@ -232,6 +245,7 @@ static const PartRow rows[DLM_N_PARTS] = {
   [DLM_PART_STOKES]          = { "Stokes solver", Stokes },
   [DLM_PART_PRESSURE_BLOCKS] = { "pressure blocks", PressureBlocks },
   [DLM_PART_SPHERES]         = { "spheres", Spheres },
+  [DLM_PART_LUBRICATION]     = { "lubrication", Lubrication },
   [DLM_PART_CONTACT]         = { "contact", Contact },
   [DLM_PART_MOTION]          = { "motion", Motion },
   [DLM_PART_INERTIA]         = { "inertia", InertiaOfSpheres },

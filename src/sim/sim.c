@@ -57,6 +57,7 @@ PetscErrorCode DLMSimulationDestroy(DLMSimulation *pointer)
   PetscCall(DLMSimulationDestroyPolymer(sim));
   PetscCall(DLMSaddleDestroy(&sim->saddle));
   PetscCall(DLMPairingDestroy(&sim->pairing));
+  PetscCall(DLMLubricationDestroy(&sim->lubrication));
   PetscCall(DLMSpheresDestroy(&sim->spheres));
   PetscCall(DLMStokesDestroy(&sim->stokes));
   PetscCall(DLMGridDestroy(&sim->grid));

@@ -4,6 +4,20 @@
   The verbs of a Newtonian step. Centres: predict moves them with the last velocity over its fraction of dt and correct brings them from the start
   of the step over the whole of it with the new one.
 */
+static PetscErrorCode MoveFromStart(DLMSimulation sim, PetscReal time)
+{
+  DLMSphereState *state;
+  PetscInt        n;
+
+  PetscFunctionBegin;
+  PetscCall(DLMLubricationUpdate(&sim->lubrication, sim->spheres)); /* gaps where the centres are before the move */
+  PetscCall(DLMSpheresGetStates(sim->spheres, &n, &state));
+  for (PetscInt i = 0; i < n; i++)
+    for (int d = 0; d < 3; d++) state[i].center[d] = sim->start[3 * i + d] + time * state[i].velocity[d];
+  PetscCall(DLMLubricationKeepGaps(&sim->lubrication, sim->spheres, sim->start, time));
+  PetscFunctionReturn(0);
+}
+
 static PetscErrorCode Predict(void *context, PetscReal t, PetscReal dt, PetscReal fraction)
 {
   DLMSimulation   sim = (DLMSimulation)context;
@@ -13,23 +27,15 @@ static PetscErrorCode Predict(void *context, PetscReal t, PetscReal dt, PetscRea
   PetscFunctionBegin;
   PetscCall(DLMSpheresGetStates(sim->spheres, &n, &state));
   for (PetscInt i = 0; i < n; i++)
-    for (int d = 0; d < 3; d++) {
-      sim->start[3 * i + d] = state[i].center[d];
-      state[i].center[d] += fraction * dt * state[i].velocity[d];
-    }
+    for (int d = 0; d < 3; d++) sim->start[3 * i + d] = state[i].center[d];
+  PetscCall(MoveFromStart(sim, fraction * dt));
   PetscFunctionReturn(0);
 }
 
 static PetscErrorCode Correct(void *context, PetscReal t, PetscReal dt, PetscReal fraction)
 {
-  DLMSimulation   sim = (DLMSimulation)context;
-  DLMSphereState *state;
-  PetscInt        n;
-
   PetscFunctionBegin;
-  PetscCall(DLMSpheresGetStates(sim->spheres, &n, &state));
-  for (PetscInt i = 0; i < n; i++)
-    for (int d = 0; d < 3; d++) state[i].center[d] = sim->start[3 * i + d] + fraction * dt * state[i].velocity[d];
+  PetscCall(MoveFromStart((DLMSimulation)context, fraction * dt));
   PetscFunctionReturn(0);
 }
 

@@ -38,11 +38,20 @@ static const char *WhyNone(const DLMScene *scene, DLMContact *contact)
   return contact->stiffness > 0.0 ? NULL : "no stiffness: nothing drives the bodies";
 }
 
-PetscErrorCode DLMContactCreate(const DLMScene *scene, DLMContact *contact)
+/* Repulsion that waits until lubrication has done its work, or that has to do without it. */
+static PetscReal AutoRange(const DLMScene *scene, PetscBool lubricated)
+{
+  PetscReal radius = PETSC_INFINITY;
+
+  for (PetscInt i = 0; i < scene->n_spheres; i++) radius = PetscMin(radius, scene->spheres[i].radius);
+  return lubricated ? 1e-3 * radius : scene->h / 8.0;
+}
+
+PetscErrorCode DLMContactCreate(const DLMScene *scene, PetscBool lubricated, DLMContact *contact)
 {
   PetscFunctionBeginUser;
   contact->largest   = 0.0;
-  contact->range     = scene->contact_range < 0.0 ? scene->h / 8.0 : scene->contact_range;
+  contact->range     = scene->contact_range < 0.0 ? AutoRange(scene, lubricated) : scene->contact_range;
   contact->stiffness = scene->contact_stiffness;
   if (contact->stiffness < 0.0) {
     contact->stiffness = 0.0;

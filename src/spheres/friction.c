@@ -11,20 +11,23 @@ static void Cross(const PetscReal x[3], const PetscReal y[3], PetscReal z[3])
   for (int c = 0; c < 3; c++) z[c] = x[(c + 1) % 3] * y[(c + 2) % 3] - x[(c + 2) % 3] * y[(c + 1) % 3];
 }
 
-/* (L4) The gap that the mesh and the cover make of a gap, in sums of the two radii (a wall has none); measured (docs/close_pairs.md). */
+/*
+  (L4) The gap that the mesh and the cover make of a gap: (gap^power + (width (a + b))^power)^(1/power), a and b the radii, b = 0 against a wall.
+  Measured (docs/close_pairs.md).
+*/
 typedef struct {
   PetscReal width, power;
 } Seen;
 
-static const Seen seen_normal = { 0.104, 1.5 }, seen_slide = { 0.043, 1.5 }, seen_roll = { 0.068, 1.25 };
+enum { NORMAL, SLIDE, ROLL, KINDS };
+
+static const Seen seen_by_pair[KINDS] = { { 0.104, 1.5 }, { 0.043, 1.5 }, { 0.068, 1.25 } };
+static const Seen seen_by_wall[KINDS] = { { 0.108, 2.2 }, { 0.055, 1.5 }, { 0.080, 1.5 } };
 
 static PetscReal SeenGap(const Seen *seen, PetscReal radii, PetscReal gap)
 {
   return PetscPowReal(PetscPowReal(gap, seen->power) + PetscPowReal(seen->width * radii, seen->power), 1.0 / seen->power);
 }
-
-/* Narrower gaps (and overlaps) count as this one, in reduced radii. */
-static const PetscReal narrowest = 1e-5;
 
 /* What the mesh misses of 1/gap and of log(1/gap), zero from the range on. */
 static PetscReal MissingPole(const Seen *seen, PetscReal radii, PetscReal gap, PetscReal range)
@@ -37,22 +40,27 @@ static PetscReal MissingLog(const Seen *seen, PetscReal radii, PetscReal gap, Pe
   return PetscLogReal(SeenGap(seen, radii, gap) / gap) - PetscLogReal(SeenGap(seen, radii, range) / range);
 }
 
+/* Narrower gaps (and overlaps) count as this one, in reduced radii. */
+static const PetscReal narrowest = 1e-5;
+
+/* (L3) The factors of the singular terms (Jeffrey and Onishi 1984); sliding and rolling are coupled for unequal radii only. */
 void DLMGapSetFriction(PetscReal viscosity, PetscReal radius, PetscReal other, PetscReal range, DLMGap *gap)
 {
-  const PetscReal k = other > 0.0 ? radius / other : 0.0, k1 = 1.0 + k, reduced = radius / k1, radii = radius + other, pi = PETSC_PI;
-  const PetscReal slide = 8.0 / 5.0 * pi * radius * (2.0 * k * k + k + 2.0) / (k1 * k1 * k1);
-  const PetscReal couple = 4.0 / 5.0 * pi * radius * radius * (4.0 * k + 1.0) / (k1 * k1) - radius * slide;
-  const PetscReal roll = 16.0 / 5.0 * pi * radius * radius * radius / k1 - radius * radius * slide - 2.0 * radius * couple;
+  const Seen     *seen = other > 0.0 ? seen_by_pair : seen_by_wall;
+  const PetscReal k = other > 0.0 ? radius / other : 0.0, k1 = 1.0 + k, reduced = radius / k1, radii = radius + other, scale = PETSC_PI * viscosity;
+  const PetscReal pole = 6.0 * reduced * reduced, squeeze = 6.0 / 5.0 * radius * (k * k + 7.0 * k + 1.0) / (k1 * k1 * k1);
+  const PetscReal slide = 8.0 / 5.0 * radius * (2.0 * k * k + k + 2.0) / (k1 * k1 * k1);
+  const PetscReal couple = 4.0 / 5.0 * radius * radius * (4.0 * k + 1.0) / (k1 * k1) - radius * slide;
+  const PetscReal roll = 16.0 / 5.0 * radius * radius * radius / k1 - radius * radius * slide - 2.0 * radius * couple;
   const PetscReal width = PetscMax(gap->width, narrowest * reduced);
 
   gap->normal = gap->slide = gap->couple = gap->roll = 0.0;
   if (width >= range) return;
-  const PetscReal sliding = viscosity * MissingLog(&seen_slide, radii, width, range), rolling = viscosity * MissingLog(&seen_roll, radii, width, range);
-  gap->normal = 6.0 * pi * viscosity * reduced * reduced * MissingPole(&seen_normal, radii, width, range) +
-                6.0 / 5.0 * pi * radius * (k * k + 7.0 * k + 1.0) / (k1 * k1 * k1) * viscosity * MissingLog(&seen_normal, radii, width, range);
-  gap->slide  = slide * sliding;
-  gap->couple = couple * sliding;
-  gap->roll   = roll * rolling;
+  const PetscReal sliding = MissingLog(&seen[SLIDE], radii, width, range), rolling = MissingLog(&seen[ROLL], radii, width, range);
+  gap->normal = scale * (pole * MissingPole(&seen[NORMAL], radii, width, range) + squeeze * MissingLog(&seen[NORMAL], radii, width, range));
+  gap->slide  = scale * slide * sliding;
+  gap->roll   = scale * roll * rolling;
+  gap->couple = scale * couple * PetscMin(rolling, 1.6 * PetscSqrtReal(sliding * rolling)); /* at most 1.63: couple^2 <= slide roll */
 }
 
 /* (L2) Velocity of i relative to j at the point of the gap, and relative rotation; (L3) force and couple on i. */

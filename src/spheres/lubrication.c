@@ -10,15 +10,21 @@ PetscBool DLMBodiesCanMeet(const DLMScene *scene)
   return (PetscBool)(moving && (walls || scene->n_spheres > 1));
 }
 
-/* auto: where the friction is known, in Newtonian fluid, and what the mesh resolves of it is measured, for the default cover. */
-static PetscErrorCode Choose(const DLMScene *scene, PetscBool *chosen)
+/* auto: where the friction is known, in Newtonian fluid, and what the mesh resolves of it is measured, for the default cover. NULL: there it is. */
+static PetscErrorCode WhyNone(const DLMScene *scene, const char **absent)
 {
   DLMCover cover = { .degree = 0 };
 
   PetscFunctionBegin;
+  *absent = NULL;
   if (scene->n_spheres) PetscCall(DLMPairingGetCover(scene, scene->spheres[0].radius, &cover));
-  *chosen = (PetscBool)(scene->fluid_model == DLM_FLUID_NEWTONIAN && scene->pairing_type == DLM_PAIRING_IMMERSED &&
-                        scene->pairing_points == DLM_POINTS_SURFACE && cover.degree > 0 && DLMBodiesCanMeet(scene));
+  if (!scene->n_spheres) *absent = "the scene has no spheres";
+  else if (scene->lubrication == DLM_LUBRICATION_FALSE) *absent = "-lubrication false";
+  else if (scene->lubrication == DLM_LUBRICATION_TRUE) *absent = NULL;
+  else if (scene->fluid_model != DLM_FLUID_NEWTONIAN) *absent = "-lubrication auto: the friction of a gap is known for Newtonian fluid only";
+  else if (scene->pairing_type != DLM_PAIRING_IMMERSED || scene->pairing_points != DLM_POINTS_SURFACE || cover.degree == 0)
+    *absent = "-lubrication auto: what the mesh misses is measured for the default cover only";
+  else if (!DLMBodiesCanMeet(scene)) *absent = "no two bodies can meet";
   PetscFunctionReturn(0);
 }
 
@@ -26,9 +32,9 @@ PetscErrorCode DLMLubricationCreate(const DLMScene *scene, DLMLubrication *lubri
 {
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(lubrication, sizeof(*lubrication)));
-  lubrication->range  = scene->lubrication_range;
-  lubrication->exists = (PetscBool)(scene->lubrication == DLM_LUBRICATION_TRUE && scene->n_spheres > 0);
-  if (scene->lubrication == DLM_LUBRICATION_AUTO) PetscCall(Choose(scene, &lubrication->exists));
+  lubrication->range = scene->lubrication_range;
+  PetscCall(WhyNone(scene, &lubrication->absent));
+  lubrication->exists = (PetscBool)!lubrication->absent;
   PetscFunctionReturn(0);
 }
 
@@ -89,5 +95,79 @@ PetscErrorCode DLMLubricationUpdate(DLMLubrication *lubrication, DLMSpheres sphe
     for (int d = 0; d < 3; d++)
       for (int side = 0; side < 2 && !spheres->grid->periodic[d]; side++) AddWall(lubrication, spheres, i, d, side);
   PetscCall(PetscFree(pairs));
+  PetscFunctionReturn(0);
+}
+
+/* Width of a gap between centres x and, for a pair, y; d: the vector from x to y. */
+static PetscReal Width(DLMSpheres spheres, const DLMGap *gap, const PetscReal x[3], const PetscReal y[3], PetscReal d[3])
+{
+  const DLMScene *scene = spheres->scene;
+  DLMGrid         grid = spheres->grid;
+  PetscReal       square = 0.0;
+
+  if (gap->j < 0) {
+    PetscReal width = -scene->spheres[gap->i].radius;
+    for (int c = 0; c < 3; c++) {
+      d[c] = gap->e[c];
+      if (d[c] != 0.0) width += d[c] > 0.0 ? grid->lower[c] + grid->cells[c] * grid->h - x[c] : x[c] - grid->lower[c];
+    }
+    return width;
+  }
+  for (int c = 0; c < 3; c++) {
+    const PetscReal length = grid->cells[c] * grid->h;
+    d[c]                   = y[c] - x[c];
+    if (grid->periodic[c]) d[c] -= length * PetscFloorReal(d[c] / length + 0.5);
+    square += d[c] * d[c];
+  }
+  const PetscReal distance = PetscSqrtReal(square);
+  for (int c = 0; c < 3; c++) d[c] /= distance;
+  return distance - scene->spheres[gap->i].radius - scene->spheres[gap->j].radius;
+}
+
+/* Moves the two apart along e by a length: the smaller one goes farther, a held one or a wall stays. */
+static void Part(DLMSpheres spheres, const DLMGap *gap, const PetscReal e[3], PetscReal length)
+{
+  const DLMSphereSpec *spec = spheres->scene->spheres;
+  const PetscReal      ease_i = spec[gap->i].motion == DLM_MOTION_FREE ? 1.0 / spec[gap->i].radius : 0.0;
+  const PetscReal      ease_j = gap->j >= 0 && spec[gap->j].motion == DLM_MOTION_FREE ? 1.0 / spec[gap->j].radius : 0.0;
+
+  if (ease_i + ease_j == 0.0) return;
+  for (int c = 0; c < 3; c++) {
+    spheres->state[gap->i].center[c] -= ease_i / (ease_i + ease_j) * length * e[c];
+    if (gap->j >= 0) spheres->state[gap->j].center[c] += ease_j / (ease_i + ease_j) * length * e[c];
+  }
+}
+
+/* Least width of a gap after a time, or minus infinity if the two do not approach each other. */
+static PetscReal LeastWidth(DLMSpheres spheres, const DLMGap *gap, const PetscReal *start, PetscReal time)
+{
+  const DLMSphereState *i = &spheres->state[gap->i], *j = &spheres->state[PetscMax(gap->j, 0)];
+  PetscReal             speed = 0.0, d[3], width;
+
+  for (int c = 0; c < 3; c++) speed += gap->e[c] * (i->velocity[c] - (gap->j < 0 ? gap->wall[c] : j->velocity[c]));
+  width = Width(spheres, gap, start + 3 * gap->i, start + 3 * PetscMax(gap->j, 0), d);
+  return speed > 0.0 && gap->width > 0.0 && width > 0.0 ? width * PetscExpReal(-speed * time / gap->width) : -PETSC_INFINITY;
+}
+
+PetscErrorCode DLMLubricationKeepGaps(DLMLubrication *lubrication, DLMSpheres spheres, const PetscReal *start, PetscReal time)
+{
+  const PetscInt  sweeps = 50;
+  const PetscReal tolerance = 1e-3;
+  PetscBool       done = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  for (PetscInt sweep = 0; sweep < sweeps && !done; sweep++) {
+    done = PETSC_TRUE;
+    for (PetscInt g = 0; g < lubrication->n; g++) {
+      const DLMGap   *gap = &lubrication->gaps[g];
+      const PetscReal least = LeastWidth(spheres, gap, start, time);
+      PetscReal       d[3], missing;
+      if (least < 0.0) continue;
+      missing = least - Width(spheres, gap, spheres->state[gap->i].center, spheres->state[PetscMax(gap->j, 0)].center, d);
+      if (missing <= 0.0) continue;
+      Part(spheres, gap, d, missing);
+      done = (PetscBool)(done && missing < tolerance * least);
+    }
+  }
   PetscFunctionReturn(0);
 }

@@ -35,7 +35,7 @@ static void Run(Case *c)
   for (int i = 0; i < 6; i++) c->force[i] = 99.0;
   Call(DLMGridCreate(&c->scene, &c->grid));
   Call(DLMSpheresCreate(c->grid, &c->scene, &c->spheres));
-  Call(DLMContactCreate(&c->scene, &c->contact));
+  Call(DLMContactCreate(&c->scene, PETSC_FALSE, &c->contact));
   Call(DLMContactForces(&c->contact, c->spheres, c->force));
   Call(DLMSpheresDestroy(&c->spheres));
   Call(DLMGridDestroy(&c->grid));
