@@ -7,3 +7,14 @@ function(dlm_verification name ranks)
 endfunction()
 
 dlm_verification(stokes 2)
+
+# Close pairs: the exact series against published values, and the program's pair against the series.
+foreach(what exact mobility)
+  add_test(NAME verify.close_pairs.${what} COMMAND ${DLM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/verification/verify_close_pairs.py ${PROJECT_SOURCE_DIR}
+           $<TARGET_FILE:dlmfd_close_pairs> ${what})
+  set_tests_properties(verify.close_pairs.${what} PROPERTIES LABELS verification TIMEOUT 300)
+endforeach()
+
+# The pair of input/pair_two_walls.yaml that passes at a gap of a thousandth of a radius.
+add_test(NAME verify.close_pairs.passing COMMAND ${DLM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/verification/verify_passing.py $<TARGET_FILE:dlmfd> ${PROJECT_SOURCE_DIR})
+set_tests_properties(verify.close_pairs.passing PROPERTIES LABELS long TIMEOUT 3600)
