@@ -65,6 +65,8 @@ CASES = [
     ("-pairing_retraction automatic", {}, r"-pairing_retraction automatic: .* allowed: auto or a number"),
     ("-contact_range -1", {}, r"-contact_range -1: .* allowed: auto or a number >= 0"),
     ("-contact_stiffness -1", {}, r"-contact_stiffness -1: .* allowed: auto or a number >= 0"),
+    ("-lubrication maybe", {}, r"-lubrication maybe: .* allowed: false, true or auto"),
+    ("-lubrication_range 0", {}, r"-lubrication_range 0: .* allowed: a number from 0\.01 to 2"),
     ("-ts_dt 0", {}, r"-ts_dt 0: '0' is out of range; allowed: a number > 0, in time"),
     ("-ts_max_time -1", {}, r"-ts_max_time -1: .* allowed: a number > 0"),
     ("-ts_max_steps 1.5", {}, r"-ts_max_steps 1\.5: '1\.5' is not an integer; allowed: an integer >= 0"),

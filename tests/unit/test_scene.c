@@ -84,6 +84,7 @@ static void Defaults(void **state)
   assert_true(s->pairing_spacing == DLM_AUTO && s->pairing_degree == DLM_AUTO && s->pairing_compliance == DLM_AUTO);
   assert_true(s->pairing_retraction == DLM_AUTO && s->contact_range == DLM_AUTO &&
               s->contact_stiffness == DLM_AUTO);
+  assert_true(s->lubrication == DLM_LUBRICATION_AUTO && s->lubrication_range == 0.75);
   assert_true(s->ts_dt == 0.02 && s->ts_max_time == 1);
   assert_true(s->saddle_rtol == 1e-6 && s->saddle_cluster_gap == 2 && s->saddle_cluster_limit == 4000);
   assert_true(s->stokes_block_limit == 1024 && s->progress_every == 5);
@@ -130,7 +131,7 @@ static void KeysOfSpheres(void **state)
       Make("-sphere_centers 0.25,0,0,-0.25,0,0.1 -sphere_radius 0.125 -sphere_density 2 -sphere_motion FIXED "
            "-sphere_velocity 1,2,3 -sphere_omega 4,5,6 -sphere_force 7,8,9 -sphere_torque 10,11,12 "
            "-sphere_inertia false -pairing_type collocation -pairing_points volume -pairing_spacing 2 "
-           "-pairing_retraction 0.25 -contact_range 0 -contact_stiffness 3");
+           "-pairing_retraction 0.25 -contact_range 0 -contact_stiffness 3 -lubrication true -lubrication_range 0.5");
 
   assert_int_equal(s->n_spheres, 2);
   AssertVector(s->spheres[0].center, 0.25, 0, 0);
@@ -148,6 +149,7 @@ static void KeysOfSpheres(void **state)
   assert_int_equal(s->pairing_points, DLM_POINTS_VOLUME);
   assert_true(s->pairing_spacing == 2 && s->pairing_retraction == 0.25);
   assert_true(s->contact_range == 0 && s->contact_stiffness == 3);
+  assert_true(s->lubrication == DLM_LUBRICATION_TRUE && s->lubrication_range == 0.5);
   OK(DLMSceneDestroy(&s));
 }
 
