@@ -1,6 +1,5 @@
 # What `cmake --install` and `cpack -G DEB` (tools/package) put where. docs/developer.md, "Releases", says why.
 include(GNUInstallDirs)
-set(CMAKE_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(share ${CMAKE_INSTALL_DATADIR}/dlmfd)
 set(made ${PROJECT_BINARY_DIR}/install) # files made here to be installed
 

@@ -35,10 +35,10 @@ def check(good, message):
 
 
 def run(*command, cwd=None, env=None, good=True):
-    """What the command prints. Ends the test if it fails."""
+    """What the command prints; it works under a strict umask. Ends the test if it fails."""
     plain = {key: value for key, value in os.environ.items() if key not in ("LD_LIBRARY_PATH", "PKG_CONFIG_PATH", "PYTHONPATH")}
     plain.update(ASAN_OPTIONS="detect_leaks=0", OMP_NUM_THREADS="1", DLM_SETUP="skip", DLM_JOBS="2", **(env or {}))
-    result = subprocess.run([str(part) for part in command], cwd=cwd, env=plain, capture_output=True, text=True, timeout=600, check=False)
+    result = subprocess.run([str(part) for part in command], cwd=cwd, env=plain, capture_output=True, text=True, timeout=600, check=False, umask=0o077)
     if (result.returncode == 0) != good:
         sys.exit(f"FAILED {' '.join(map(str, command))}: exit code {result.returncode}\n{result.stdout}{result.stderr}")
     return result.stdout if good else result.stdout + result.stderr
