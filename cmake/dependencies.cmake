@@ -25,6 +25,7 @@ endfunction()
 
 dlm_find(FFTW fftw3.h libfftw3-dev fftw3)
 dlm_find(METIS metis.h libmetis-dev metis)
+dlm_find(YAML yaml.h libyaml-dev yaml)
 if(BUILD_TESTING)
   dlm_find(CMOCKA cmocka.h libcmocka-dev cmocka)
 endif()
@@ -39,6 +40,6 @@ endif()
 
 add_library(dlm_dependencies INTERFACE)
 add_library(dlm::dependencies ALIAS dlm_dependencies)
-target_include_directories(dlm_dependencies SYSTEM INTERFACE ${FFTW_INCLUDE} ${METIS_INCLUDE})
+target_include_directories(dlm_dependencies SYSTEM INTERFACE ${FFTW_INCLUDE} ${METIS_INCLUDE} ${YAML_INCLUDE})
 target_link_libraries(dlm_dependencies INTERFACE PkgConfig::PETSC PkgConfig::HDF5 MPI::MPI_C
-                      ${FFTW_LIBRARIES} ${METIS_LIBRARIES} ${LAPACK_LIBRARIES} m)
+                      ${FFTW_LIBRARIES} ${METIS_LIBRARIES} ${YAML_LIBRARIES} ${LAPACK_LIBRARIES} m)

@@ -1,4 +1,5 @@
 #include "sceneimpl.h"
+#include <ctype.h>
 
 /* A user error is raised once (INITIAL) and then passed up (REPEAT): only the first says anything. */
 PetscErrorCode DLMErrorHandler(MPI_Comm comm, int line, const char *function, const char *file,
@@ -14,7 +15,7 @@ PetscErrorCode DLMErrorHandler(MPI_Comm comm, int line, const char *function, co
   if (type != PETSC_ERROR_INITIAL) return code;
   if (comm != MPI_COMM_NULL) MPI_Comm_rank(comm, &rank);
   if (rank) return code;
-  for (; message && message[n] && n + 1 < sizeof(text); n++) text[n] = message[n] == '\n' ? ' ' : message[n];
+  for (; message && message[n] && n + 1 < sizeof(text); n++) text[n] = (char)(iscntrl((unsigned char)message[n]) ? ' ' : message[n]); /* one line, and no orders to a terminal */
   text[n] = '\0';
   fprintf(stderr, "dlmfd: error: %s\n", text);
   fflush(stderr);

@@ -1,153 +1,38 @@
 /* Options files, YAML or plain, and the command line that wins over them. */
 #include "sceneimpl.h"
 #include <ctype.h>
-#include <errno.h>
 #include <strings.h>
 
-static char scene_source[PETSC_MAX_PATH_LEN] = "";
+static char     scene_source[PETSC_MAX_PATH_LEN] = "";
+static PetscInt n_inserted; /* keys of all options files so far */
 
 const char *DLMOptionsSource(void)
 {
   return scene_source;
 }
 
-char *DLMLoadText(const char path[], char reason[], size_t size)
+static PetscBool IsKey(const char name[])
 {
-  FILE  *file = fopen(path, "rb");
-  char  *text = NULL;
-  size_t used = 0, room = 4096, got;
-
-  do {
-    char *larger = file ? realloc(text, room) : NULL;
-
-    if (!larger) {
-      free(text);
-      text = NULL;
-      break;
-    }
-    text = larger;
-    got = fread(text + used, 1, room - used - 1, file);
-    used += got;
-    text[used] = '\0';
-    room *= 2;
-  } while (got > 0);
-  if (file && text && !ferror(file)) {
-    fclose(file);
-    return text;
-  }
-  snprintf(reason, size, "%s", strerror(errno));
-  if (file) fclose(file);
-  free(text);
-  return NULL;
+  if (!isalpha((unsigned char)name[0]) || strlen(name) >= DLM_KEY_LENGTH) return PETSC_FALSE;
+  for (; *name; name++)
+    if (!isalnum((unsigned char)*name) && !strchr("_-.", *name)) return PETSC_FALSE;
+  return PETSC_TRUE;
 }
 
-/* The text of a file on every rank, to be freed with PetscFree; a user error if rank 0 cannot read it. */
-static PetscErrorCode LoadTextCollective(MPI_Comm comm, const char path[], char *text[])
-{
-  PetscMPIInt rank;
-  PetscInt64  size = -1;
-  char        reason[128] = "", *read = NULL;
-
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (!rank) {
-    read = DLMLoadText(path, reason, sizeof(reason));
-    if (read) size = (PetscInt64)strlen(read);
-  }
-  PetscCallMPI(MPI_Bcast(&size, 1, MPIU_INT64, 0, comm));
-  PetscCallMPI(MPI_Bcast(reason, (PetscMPIInt)sizeof(reason), MPI_CHAR, 0, comm));
-  DLMUserCheck(size >= 0, comm, "options file %s: %s; allowed: a file that can be read", path, reason);
-  DLMUserCheck(size < PETSC_MPI_INT_MAX, comm, "options file %s: too large; allowed: up to 2 GB", path);
-  PetscCall(PetscMalloc1(size + 1, text));
-  if (!rank) memcpy(*text, read, (size_t)size + 1);
-  free(read);
-  PetscCallMPI(MPI_Bcast(*text, (PetscMPIInt)size + 1, MPI_CHAR, 0, comm));
-  PetscFunctionReturn(0);
-}
-
-/* ---- plain: one "-key value" a line, # starts a comment ---- */
-
-static char *TrimInPlace(char *text)
-{
-  size_t n;
-
-  while (isspace((unsigned char)*text)) text++;
-  n = strlen(text);
-  while (n > 0 && isspace((unsigned char)text[n - 1])) text[--n] = '\0';
-  return text;
-}
-
-/* Takes the quotes off a value; false if the value is more than one word. */
-static PetscBool Unquote(char **value)
-{
-  size_t n = strlen(*value);
-
-  if (n >= 2 && (*value)[0] == '"' && (*value)[n - 1] == '"') {
-    (*value)[n - 1] = '\0';
-    (*value)++;
-    return PETSC_TRUE;
-  }
-  return (*value)[strcspn(*value, " \t")] ? PETSC_FALSE : PETSC_TRUE;
-}
-
-/* depth counts the prefixes that are pushed. */
-static PetscErrorCode InsertPair(MPI_Comm comm, const char path[], PetscInt number, const char key[],
-                                 const char value[], PetscInt *depth)
+PetscErrorCode DLMOptionsFileInsert(DLMOptionsFile *file, PetscInt line, const char name[], const char value[])
 {
   PetscFunctionBeginUser;
-  if (!strcmp(key, "-prefix_push")) {
-    PetscCall(PetscOptionsPrefixPush(NULL, value));
-    ++*depth;
-  } else if (!strcmp(key, "-prefix_pop")) {
-    DLMUserCheck((*depth)-- > 0, comm,
-                 "options file %s, line %" PetscInt_FMT
-                 ": -prefix_pop without a prefix; allowed: after -prefix_push",
-                 path, number);
-    PetscCall(PetscOptionsPrefixPop(NULL));
-  } else PetscCall(PetscOptionsSetValue(NULL, key, *value ? value : NULL));
-  PetscFunctionReturn(0);
-}
-
-static PetscErrorCode InsertPlainLine(MPI_Comm comm, const char path[], PetscInt number, char line[],
-                                      PetscInt *depth)
-{
-  char     *key, *value;
-  PetscBool is_key, is_second;
-
-  PetscFunctionBeginUser;
-  line[strcspn(line, "#")] = '\0';
-  key = TrimInPlace(line);
-  if (!*key) PetscFunctionReturn(0);
-  PetscCall(PetscOptionsValidKey(key, &is_key));
-  DLMUserCheck(is_key, comm, "options file %s, line %" PetscInt_FMT ": '%.60s' is no key; allowed: -key value",
-               path, number, key);
-  value = key + strcspn(key, " \t");
-  if (*value) *value++ = '\0';
-  value = TrimInPlace(value);
-  PetscCall(PetscOptionsValidKey(value, &is_second));
-  DLMUserCheck(Unquote(&value) && !is_second, comm,
-               "options file %s, line %" PetscInt_FMT
-               ": %s %.60s: more than one value; allowed: one key a line, lists"
-               " as 1,2,3 without blanks",
-               path, number, key, value);
-  PetscCall(InsertPair(comm, path, number, key, value, depth));
-  PetscFunctionReturn(0);
-}
-
-static PetscErrorCode InsertPlain(MPI_Comm comm, const char path[], char text[])
-{
-  PetscInt depth = 0;
-
-  PetscFunctionBeginUser;
-  for (PetscInt number = 1; text; number++) {
-    char *next = strchr(text, '\n');
-
-    if (next) *next++ = '\0';
-    PetscCall(InsertPlainLine(comm, path, number, text, &depth));
-    text = next;
-  }
-  DLMUserCheck(depth == 0, comm, "options file %s: -prefix_push without its end; allowed: -prefix_pop after it",
-               path);
+  DLMUserCheck(IsKey(name), file->comm, "options file %s, line %" PetscInt_FMT ": '%.60s' is no key; allowed: a letter, then letters, digits and _, fewer than %d in all", file->path, line,
+               name, DLM_KEY_LENGTH);
+  for (PetscInt i = 0; i < file->n; i++)
+    DLMUserCheck(strcasecmp(name, file->keys[i].name), file->comm, "options file %s, line %" PetscInt_FMT ": %s was given in line %" PetscInt_FMT " already; allowed: each key once in a file",
+                 file->path, line, name, file->keys[i].line);
+  DLMUserCheck(n_inserted++ < DLM_MOST_KEYS, file->comm, "options file %s, line %" PetscInt_FMT ": '%.60s' is one key too many; allowed: up to %d keys in all options files", file->path,
+               line, name, DLM_MOST_KEYS);
+  snprintf(file->keys[file->n].name, DLM_KEY_LENGTH + 1, "-%s", name);
+  PetscCall(PetscOptionsSetValue(NULL, file->keys[file->n].name, value && *value ? value : NULL));
+  snprintf(file->keys[file->n].name, DLM_KEY_LENGTH + 1, "%s", name);
+  file->keys[file->n++].line = line;
   PetscFunctionReturn(0);
 }
 
@@ -162,14 +47,19 @@ static PetscBool IsYaml(const char path[])
 
 static PetscErrorCode InsertFile(MPI_Comm comm, const char path[], PetscBool yaml)
 {
-  char     *text;
-  PetscBool nested;
+  char           *text;
+  PetscBool       nested;
+  DLMOptionsFile *file;
 
   PetscFunctionBeginUser;
-  PetscCall(LoadTextCollective(comm, path, &text));
+  PetscCall(DLMLoadTextCollective(comm, path, &text));
   if (!scene_source[0]) PetscCall(PetscStrncpy(scene_source, path, sizeof(scene_source)));
-  if (yaml) PetscCall(DLMInsertYaml(comm, path, text));
-  else PetscCall(InsertPlain(comm, path, text));
+  PetscCall(PetscNew(&file));
+  file->comm = comm;
+  file->path = path;
+  if (yaml) PetscCall(DLMInsertYaml(file, text));
+  else PetscCall(DLMInsertPlain(file, text));
+  PetscCall(PetscFree(file));
   PetscCall(PetscFree(text));
   PetscCall(PetscOptionsHasName(NULL, NULL, "-options_file", &nested));
   DLMUserCheck(!nested, comm,
@@ -199,17 +89,22 @@ PetscBool DLMOptionsAskVersion(int argc, char **argv)
   return PETSC_FALSE;
 }
 
+static PetscBool IsPrefix(const char argument[])
+{
+  return !strcasecmp(argument, "-prefix_push") || !strcasecmp(argument, "-prefix_pop") ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /*
-  The arguments PETSC may read itself: all but the scene's file and -options_file FILE, whose errors PETSc would
-  report with a trace, and -version, to which it would answer with its own. The caller frees the list (the strings stay argv's).
+  The arguments PETSc may read itself: all but those whose errors it would report with a trace, the scene's file, -options_file FILE, what CheckArguments refuses,
+  and -version, to which it would answer with its own. The caller frees the list (the strings stay argv's).
 */
 static char **KeepPlainArguments(int argc, char **argv, int *n)
 {
   char **kept = malloc(((size_t)argc + 1) * sizeof(*kept));
 
   *n = 0;
-  for (int i = 0; kept && i < argc; i++) {
-    if (i > 0 && NamesFile(argv[i])) i += (i + 1 < argc && argv[i + 1][0] != '-');
+  for (int i = 0; kept && i < argc && i < DLM_MOST_ARGUMENTS; i++) {
+    if (i > 0 && (NamesFile(argv[i]) || IsPrefix(argv[i]))) i += (i + 1 < argc && argv[i + 1][0] != '-');
     else if ((i != 1 || argv[i][0] == '-') && (i == 0 || !IsVersion(argv[i]))) kept[(*n)++] = argv[i];
   }
   if (kept) kept[*n] = NULL;
@@ -231,8 +126,10 @@ static PetscErrorCode CheckArguments(MPI_Comm comm, int argc, char **argv)
   PetscBool is_key, follows = PETSC_FALSE; /* follows: a value may come */
 
   PetscFunctionBeginUser;
+  DLMUserCheck(argc <= DLM_MOST_ARGUMENTS, comm, "%d arguments; allowed: up to %d, more keys in a file after -options_file", argc - 1, DLM_MOST_ARGUMENTS - 1);
   for (int i = 1; i < argc; i++) {
     PetscCall(PetscOptionsValidKey(argv[i], &is_key));
+    DLMUserCheck(!IsPrefix(argv[i]), comm, "argument %s is not read here; allowed: in a plain options file", argv[i]);
     DLMUserCheck(
         is_key || follows || i == 1, comm,
         "argument %.80s belongs to no key; allowed: dlmfd SCENE -key value ..., lists as 1,2,3 without blanks",
@@ -254,6 +151,7 @@ PetscErrorCode DLMOptionsInsert(MPI_Comm comm, int argc, char **argv)
 
   PetscFunctionBeginUser;
   scene_source[0] = '\0';
+  n_inserted      = 0;
   PetscCall(CheckArguments(comm, argc, argv));
   PetscCall(PetscOptionsHasName(NULL, NULL, "-log_view", &logs));
   if (argc > 1 && argv[1][0] != '-') PetscCall(InsertFile(comm, argv[1], IsYaml(argv[1])));

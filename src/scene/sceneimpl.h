@@ -56,11 +56,29 @@ PETSC_INTERN PetscErrorCode DLMSceneRefuseUnknown(MPI_Comm comm);
 PETSC_INTERN const char    *DLMNearest(const char name[], PetscInt n,
                                        const char *(*candidate)(PetscInt)); /* or NULL */
 
-/* options_yaml.c: inserts the text of the file path, which a failure overwrites */
-PETSC_INTERN PetscErrorCode DLMInsertYaml(MPI_Comm comm, const char path[], char text[]);
+/* text.c: the text of a file, malloc'ed, or NULL and the reason (what is cut off at a zero byte is no text); the same on every rank, freed with PetscFree */
+PETSC_INTERN char          *DLMLoadText(const char path[], char reason[], size_t size);
+PETSC_INTERN PetscErrorCode DLMLoadTextCollective(MPI_Comm comm, const char path[], char *text[]);
+#define DLM_BYTE_ORDER_MARK "\xef\xbb\xbf"
+
+/* An options file that is being read. */
+enum { DLM_MOST_KEYS = 300, DLM_MOST_ARGUMENTS = 200, DLM_KEY_LENGTH = 128 }; /* PETSc keeps 512 keys */
+typedef struct {
+  MPI_Comm    comm;
+  const char *path;
+  PetscInt    n;
+  struct {
+    char     name[DLM_KEY_LENGTH + 1];
+    PetscInt line;
+  } keys[DLM_MOST_KEYS];
+} DLMOptionsFile;
+
+/* options_file.c: puts a key of the file, without its dash, into the database; a user error if it is none, is there already, or is one too many */
+PETSC_INTERN PetscErrorCode DLMOptionsFileInsert(DLMOptionsFile *file, PetscInt line, const char name[], const char value[]);
+/* options_plain.c, options_yaml.c: the keys of a text, which the plain form cuts up */
+PETSC_INTERN PetscErrorCode DLMInsertPlain(DLMOptionsFile *file, char text[]);
+PETSC_INTERN PetscErrorCode DLMInsertYaml(DLMOptionsFile *file, const char text[]);
 /* options_file.c */
-PETSC_INTERN char       *DLMLoadText(const char path[], char reason[],
-                                     size_t size); /* malloc'ed, or NULL and the reason */
 PETSC_INTERN const char *DLMOptionsSource(void);   /* the scene's file or "" */
 
 /* spheres_csv.c: the spheres of a file, in its order; the same on every rank. preset fills the absent columns.

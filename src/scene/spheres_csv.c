@@ -158,7 +158,7 @@ static PetscBool ReadRow(Reader *reader, const DLMSphereSpec *preset, char *line
 
 static PetscBool ReadText(Reader *reader, const DLMSphereSpec *preset, char *text)
 {
-  if (!strncmp(text, "\xef\xbb\xbf", 3)) text += 3; /* byte order mark */
+  if (!strncmp(text, DLM_BYTE_ORDER_MARK, 3)) text += 3;
   for (reader->line = 1; text; reader->line++) {
     char *line = text, *next = strchr(text, '\n');
 

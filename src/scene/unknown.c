@@ -97,9 +97,9 @@ static PetscErrorCode Refuse(MPI_Comm comm, const char name[], const char value[
   const char *nearest = DLMNearest(name, DLMSceneKeyCount, SceneKeyName);
 
   PetscFunctionBeginUser;
-  DLMUserCheck(!nearest, comm, "-%s%s%.80s: %s; did you mean -%s? (all keys: dlmfd -help or docs/options.md)",
+  DLMUserCheck(!nearest, comm, "-%.80s%s%.80s: %s; did you mean -%s? (all keys: dlmfd -help or docs/options.md)",
                name, value ? " " : "", value ? value : "", why, nearest);
-  DLMUserCheck(PETSC_FALSE, comm, "-%s%s%.80s: %s (all keys: dlmfd -help or docs/options.md)", name,
+  DLMUserCheck(PETSC_FALSE, comm, "-%.80s%s%.80s: %s (all keys: dlmfd -help or docs/options.md)", name,
                value ? " " : "", value ? value : "", why);
   PetscFunctionReturn(0);
 }

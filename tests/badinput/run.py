@@ -17,14 +17,14 @@ USER_ERROR = 2
 
 def run(command, folder):
     env = dict(os.environ, ASAN_OPTIONS="detect_leaks=0", OMP_NUM_THREADS="1")
-    return subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True, timeout=120)
+    return subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True, errors="replace", timeout=120)
 
 
 def failures_of(program, mpirun, arguments, files, pattern, ranks=1):
     """What is wrong with the way the program refuses one scene."""
     with tempfile.TemporaryDirectory() as folder:
         for name, text in files.items():
-            with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
+            with open(os.path.join(folder, name), "w", encoding="utf-8", errors="surrogateescape") as file:
                 file.write(text)
         output = [] if "output_dir" in arguments + "".join(files.values()) else ["-output_dir", "results"]
         launch = [] if ranks == 1 else mpirun + ["-n", str(ranks)]
