@@ -37,6 +37,7 @@ typedef struct {
   PetscReal radius;
   PetscReal density;
   DLMMotion motion; /* free; rotate: V = 0, omega free; fixed: V and omega held */
+  PetscInt  line;   /* of -spheres_file, for messages; 0: none */
 } DLMSphereSpec;
 
 #define DLM_AUTO (-1.0) /* value of a key left at "auto": the program chooses */
@@ -95,6 +96,7 @@ typedef struct {
   PetscInt  saddle_cluster_limit;     /* most unknowns of a dense block; larger clusters are cut */
   PetscReal stokes_block_limit;       /* MiB per rank for the pressure Schur blocks; beyond: conjugate gradients */
 
+  char      spheres_file[PETSC_MAX_PATH_LEN]; /* "": spheres of -sphere_centers, or none */
   char      output_dir[PETSC_MAX_PATH_LEN];
   PetscInt  output_every;             /* steps between rows of trajectory.csv */
   PetscInt  output_fields_every;      /* steps between field outputs; 0: none */

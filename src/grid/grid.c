@@ -32,9 +32,9 @@ static PetscErrorCode ChooseProcesses(DLMGrid grid, const DLMScene *scene)
     }
   }
   DLMUserCheck(best > 0, grid->comm,
-               "grid_processes: %d ranks cannot share a mesh of %" PetscInt_FMT " x %" PetscInt_FMT " x %" PetscInt_FMT " cells as %" PetscInt_FMT ",%" PetscInt_FMT
-               ",%" PetscInt_FMT " (0: chosen), allowed: factors of %d, each rank with at least 4 cells of every axis",
-               size, grid->cells[0], grid->cells[1], grid->cells[2], wanted[0], wanted[1], wanted[2], size);
+               "-grid_processes %" PetscInt_FMT ",%" PetscInt_FMT ",%" PetscInt_FMT " (0: chosen): %d ranks cannot share a mesh of %" PetscInt_FMT " x %" PetscInt_FMT " x %" PetscInt_FMT
+               " cells so; allowed: factors of %d that leave at least 4 cells of every axis to each rank, or fewer ranks",
+               wanted[0], wanted[1], wanted[2], size, grid->cells[0], grid->cells[1], grid->cells[2], size);
   PetscFunctionReturn(0);
 }
 

@@ -111,27 +111,34 @@ static PetscErrorCode CheckWalls(const DLMScene *scene)
   PetscFunctionReturn(0);
 }
 
+const char *DLMSphereName(const DLMScene *scene, PetscInt i, char text[DLM_SPHERE_NAME])
+{
+  const PetscInt line = scene->spheres[i].line;
+
+  if (line) snprintf(text, DLM_SPHERE_NAME, "sphere %" PetscInt_FMT " (%s, line %" PetscInt_FMT ")", i, scene->spheres_file, line);
+  else snprintf(text, DLM_SPHERE_NAME, "sphere %" PetscInt_FMT, i);
+  return text;
+}
+
 static PetscErrorCode CheckSphereInBox(const DLMScene *scene, PetscInt i, int d)
 {
   const DLMSphereSpec *sphere = &scene->spheres[i];
   const PetscReal     *c = sphere->center, a = sphere->radius;
   const PetscReal      half = scene->box_size[d] / 2, gap = half - fabs(c[d]) - a;
+  char                 name[DLM_SPHERE_NAME];
 
   PetscFunctionBeginUser;
   DLMUserCheck(fabs(c[d]) <= half * (1 + ROUNDING), scene->comm,
-               "sphere %" PetscInt_FMT
-               " at %.6g,%.6g,%.6g is outside the box along x%d; allowed: centres from %.6g to %.6g there",
-               i, c[0], c[1], c[2], d + 1, -half, half);
+               "%s at %.6g,%.6g,%.6g is outside the box along x%d; allowed: centres from %.6g to %.6g there",
+               DLMSphereName(scene, i, name), c[0], c[1], c[2], d + 1, -half, half);
   if (scene->box_periodic[d]) {
     DLMUserCheck(a <= half * (1 + ROUNDING), scene->comm,
-                 "sphere %" PetscInt_FMT
-                 " of radius %.6g meets its own image along x%d; allowed: a radius up to %.6g, half the period",
-                 i, a, d + 1, half);
+                 "%s of radius %.6g meets its own image along x%d; allowed: a radius up to %.6g, half the period",
+                 DLMSphereName(scene, i, name), a, d + 1, half);
   } else {
     DLMUserCheck(gap >= -ROUNDING * (a + half), scene->comm,
-                 "sphere %" PetscInt_FMT
-                 " at %.6g,%.6g,%.6g of radius %.6g overlaps the %s wall of x%d, gap %.6g; allowed: a gap >= 0",
-                 i, c[0], c[1], c[2], a, c[d] < 0 ? "lower" : "upper", d + 1, gap);
+                 "%s at %.6g,%.6g,%.6g of radius %.6g overlaps the %s wall of x%d, gap %.6g; allowed: a gap >= 0",
+                 DLMSphereName(scene, i, name), c[0], c[1], c[2], a, c[d] < 0 ? "lower" : "upper", d + 1, gap);
   }
   PetscFunctionReturn(0);
 }
@@ -140,18 +147,17 @@ static PetscErrorCode CheckSphere(const DLMScene *scene, PetscInt i)
 {
   const DLMSphereSpec *sphere = &scene->spheres[i];
   const PetscReal     *c = sphere->center, *v = sphere->velocity, least = 1.2 * scene->h;
+  char                 name[DLM_SPHERE_NAME];
 
   PetscFunctionBeginUser;
   DLMUserCheck(
       sphere->radius >= least * (1 - 1e-9), scene->comm,
-      "sphere %" PetscInt_FMT
-      " at %.6g,%.6g,%.6g of radius %.6g is too small for the mesh; allowed: a radius of at least 1.2 h = %.6g,"
+      "%s at %.6g,%.6g,%.6g of radius %.6g is too small for the mesh; allowed: a radius of at least 1.2 h = %.6g,"
       " or -grid_resolution of at least %.6g",
-      i, c[0], c[1], c[2], sphere->radius, least, 1.2 / sphere->radius);
+      DLMSphereName(scene, i, name), c[0], c[1], c[2], sphere->radius, least, 1.2 / sphere->radius);
   DLMUserCheck(sphere->motion != DLM_MOTION_ROTATE || (v[0] == 0 && v[1] == 0 && v[2] == 0), scene->comm,
-               "sphere %" PetscInt_FMT
-               " of motion rotate has velocity %.6g,%.6g,%.6g; allowed: 0,0,0, since its centre is held",
-               i, v[0], v[1], v[2]);
+               "%s of motion rotate has velocity %.6g,%.6g,%.6g; allowed: 0,0,0, since its centre is held",
+               DLMSphereName(scene, i, name), v[0], v[1], v[2]);
   for (int d = 0; d < 3; d++) PetscCall(CheckSphereInBox(scene, i, d));
   PetscFunctionReturn(0);
 }

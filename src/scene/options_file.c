@@ -29,6 +29,8 @@ PetscErrorCode DLMOptionsFileInsert(DLMOptionsFile *file, PetscInt line, const c
                  file->path, line, name, file->keys[i].line);
   DLMUserCheck(n_inserted++ < DLM_MOST_KEYS, file->comm, "options file %s, line %" PetscInt_FMT ": '%.60s' is one key too many; allowed: up to %d keys in all options files", file->path,
                line, name, DLM_MOST_KEYS);
+  DLMUserCheck(strncasecmp(name, "options_file", 12), file->comm, "options file %s, line %" PetscInt_FMT ": -%s inside a file is not followed; allowed: on the command line", file->path, line,
+               name);
   snprintf(file->keys[file->n].name, DLM_KEY_LENGTH + 1, "-%s", name);
   PetscCall(PetscOptionsSetValue(NULL, file->keys[file->n].name, value && *value ? value : NULL));
   snprintf(file->keys[file->n].name, DLM_KEY_LENGTH + 1, "%s", name);
@@ -48,7 +50,6 @@ static PetscBool IsYaml(const char path[])
 static PetscErrorCode InsertFile(MPI_Comm comm, const char path[], PetscBool yaml)
 {
   char           *text;
-  PetscBool       nested;
   DLMOptionsFile *file;
 
   PetscFunctionBeginUser;
@@ -61,10 +62,6 @@ static PetscErrorCode InsertFile(MPI_Comm comm, const char path[], PetscBool yam
   else PetscCall(DLMInsertPlain(file, text));
   PetscCall(PetscFree(file));
   PetscCall(PetscFree(text));
-  PetscCall(PetscOptionsHasName(NULL, NULL, "-options_file", &nested));
-  DLMUserCheck(!nested, comm,
-               "options file %s: -options_file inside a file is not followed; allowed: on the command line",
-               path);
   PetscFunctionReturn(0);
 }
 

@@ -102,13 +102,13 @@ static PetscErrorCode ComparePair(const DLMScene *scene, PetscInt i, PetscInt j)
   const PetscReal     *x = s->center, *y = t->center, sum = s->radius + t->radius;
   const PetscReal      longest = PetscMax(scene->box_size[0], PetscMax(scene->box_size[1], scene->box_size[2]));
   PetscBool            across;
+  char                 first[DLM_SPHERE_NAME], second[DLM_SPHERE_NAME];
   const PetscReal      gap = Distance(scene, x, y, &across) - sum;
 
   PetscFunctionBeginUser;
   DLMUserCheck(gap >= -(1e-12 * sum + 4 * PETSC_MACHINE_EPSILON * longest), scene->comm,
-               "sphere %" PetscInt_FMT " at %.6g,%.6g,%.6g and sphere %" PetscInt_FMT
-               " at %.6g,%.6g,%.6g overlap%s, gap %.6g; allowed: a gap >= 0",
-               i, x[0], x[1], x[2], j, y[0], y[1], y[2], across ? " through a periodic face" : "", gap);
+               "%s at %.6g,%.6g,%.6g and %s at %.6g,%.6g,%.6g overlap%s, gap %.6g; allowed: a gap >= 0",
+               DLMSphereName(scene, i, first), x[0], x[1], x[2], DLMSphereName(scene, j, second), y[0], y[1], y[2], across ? " through a periodic face" : "", gap);
   PetscFunctionReturn(0);
 }
 

@@ -5,11 +5,11 @@
 static PetscErrorCode MakeSpheres(MPI_Comm comm, const DLMSceneDraft *draft, DLMScene *scene)
 {
   PetscFunctionBeginUser;
-  DLMUserCheck(!draft->spheres_file[0] || !draft->n_centers, comm,
+  DLMUserCheck(!scene->spheres_file[0] || !draft->n_centers, comm,
                "-spheres_file %s and -sphere_centers are both given; allowed: one of them",
-               draft->spheres_file);
-  if (draft->spheres_file[0]) {
-    PetscCall(DLMSpheresReadCSV(comm, draft->spheres_file, &draft->sphere, &scene->n_spheres, &scene->spheres));
+               scene->spheres_file);
+  if (scene->spheres_file[0]) {
+    PetscCall(DLMSpheresReadCSV(comm, scene->spheres_file, &draft->sphere, &scene->n_spheres, &scene->spheres));
     PetscFunctionReturn(0);
   }
   scene->n_spheres = draft->n_centers / 3;

@@ -8,7 +8,6 @@
 typedef struct {
   DLMScene      scene;
   DLMSphereSpec sphere; /* -sphere_...: the spheres of -sphere_centers, and the columns a file leaves out */
-  char          spheres_file[PETSC_MAX_PATH_LEN];
   PetscInt      n_centers; /* numbers in -sphere_centers, 3 a sphere */
   PetscReal    *centers;
   PetscInt      ts_max_steps, split_retries;
@@ -89,6 +88,9 @@ PETSC_INTERN PetscErrorCode DLMSpheresReadCSV(MPI_Comm comm, const char path[], 
 /* check.c: mesh of the box, then contradictions */
 PETSC_INTERN PetscErrorCode DLMSceneSetGrid(DLMScene *scene);
 PETSC_INTERN PetscErrorCode DLMSceneCheck(DLMScene *scene);
+/* check.c: "sphere 3", and where a file names it; the text of a message */
+enum { DLM_SPHERE_NAME = PETSC_MAX_PATH_LEN + 64 };
+PETSC_INTERN const char *DLMSphereName(const DLMScene *scene, PetscInt i, char text[DLM_SPHERE_NAME]);
 /* overlap.c: refuses spheres that overlap, periodic images counted, in time O(number of spheres) */
 PETSC_INTERN PetscErrorCode DLMSceneCheckOverlap(const DLMScene *scene);
 

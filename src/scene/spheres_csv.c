@@ -143,11 +143,12 @@ static PetscBool ReadRow(Reader *reader, const DLMSphereSpec *preset, char *line
   if (reader->n == reader->room) {
     PetscInt       room = 2 * reader->room + 64;
     DLMSphereSpec *larger = realloc(reader->spheres, (size_t)room * sizeof(*larger));
-    if (!larger) return FAIL(reader, WHERE ": no memory for so many spheres", reader->path, reader->line);
+    if (!larger) return FAIL(reader, WHERE ": no memory for so many spheres; allowed: what fits", reader->path, reader->line);
     reader->spheres = larger;
     reader->room = room;
   }
-  reader->spheres[reader->n] = *preset;
+  reader->spheres[reader->n]      = *preset;
+  reader->spheres[reader->n].line = reader->line;
   for (char *rest = line; rest; i++) {
     if (!ReadEntry(reader, reader->header[i], NextEntry(&rest), &reader->spheres[reader->n]))
       return PETSC_FALSE;

@@ -69,7 +69,7 @@ const DLMSceneKey DLMSceneKeys[] = {
   {"Polymer", "polymer_mode_plane", DLM_KEY_WORD, "13", AT(scene.polymer_mode_plane), ONE_OF(Planes), "", "the plane of that mode"},
   {"Polymer", "polymer_mode_number", DLM_KEY_INT, "1", AT(scene.polymer_mode_number), BETWEEN(1, 1000), "", "its wave number"},
 
-  {"Spheres", "spheres_file", DLM_KEY_TEXT, "", AT(spheres_file), ANY, "",
+  {"Spheres", "spheres_file", DLM_KEY_TEXT, "", AT(scene.spheres_file), ANY, "",
    "CSV file, one sphere a row; looked for in the working directory, then beside the scene's file. "
    "Columns x1,x2,x3 and optionally radius, density, motion, V1..V3, omega1..3, F1..F3, T1..T3"},
   {"Spheres", "sphere_centers", DLM_KEY_REALS, "", AT(centers), ANY, "length", "centres x1,x2,x3,x1,x2,x3,... of equal spheres"},

@@ -32,7 +32,7 @@ PetscErrorCode DLMSimulationStore(void *context, Vec solution)
   PetscCall(DLMSpheresGetStates(sim->spheres, NULL, &state));
   PetscCall(VecGetOwnershipRange(sim->sphere_states, &start, &end));
   PetscCall(VecGetArray(sim->sphere_states, &x));
-  for (PetscInt i = start; i < end; i++) x[i - start] = state[i / STATE_WIDTH].center[i % STATE_WIDTH];
+  for (PetscInt i = start; i < end; i++) x[i - start] = ((PetscReal *)&state[i / STATE_WIDTH])[i % STATE_WIDTH];
   PetscCall(VecRestoreArray(sim->sphere_states, &x));
   PetscFunctionReturn(0);
 }
@@ -53,7 +53,7 @@ PetscErrorCode DLMSimulationLoad(void *context, Vec solution)
   PetscCall(VecScatterBegin(scatter, sim->sphere_states, all, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterEnd(scatter, sim->sphere_states, all, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecGetArrayRead(all, &x));
-  for (PetscInt i = 0; i < n; i++) PetscCall(PetscArraycpy(state[i].center, x + STATE_WIDTH * i, STATE_WIDTH));
+  for (PetscInt i = 0; i < n; i++) PetscCall(PetscArraycpy((PetscReal *)&state[i], x + STATE_WIDTH * i, STATE_WIDTH));
   PetscCall(VecRestoreArrayRead(all, &x));
   PetscCall(VecDestroy(&all));
   PetscCall(VecScatterDestroy(&scatter));

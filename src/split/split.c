@@ -266,7 +266,7 @@ PetscErrorCode DLMSplitSetScheme(TS ts, const char *name)
     s->scheme = &schemes[k];
     PetscFunctionReturn(0);
   }
-  SETERRQ(PetscObjectComm((PetscObject)ts), PETSC_ERR_USER_INPUT, "ts_split_scheme: there is no scheme %s, allowed: lie, strang", name);
+  SETERRQ(PetscObjectComm((PetscObject)ts), PETSC_ERR_USER_INPUT, "-ts_split_scheme %s: there is no such scheme; allowed: lie or strang", name);
 }
 
 PetscErrorCode DLMSplitGetScheme(TS ts, const char **name, PetscInt *order)

@@ -41,9 +41,12 @@ static PetscErrorCode Context(PC pc, DLMStokes *stokes)
 
 static PetscErrorCode RequireBlocks(PC pc, DLMStokes stokes)
 {
+  const char *prefix;
+
   PetscFunctionBegin;
+  PetscCall(PCGetOptionsPrefix(pc, &prefix));
   DLMUserCheck(stokes->box->pressure, PetscObjectComm((PetscObject)pc),
-               "pc_type: %s needs two periodic axes and at most -stokes_block_limit MiB of blocks; allowed here: fieldsplit (conjugate gradients on the pressure)",
+               "-%spc_type %s needs two periodic axes and at most -stokes_block_limit MiB of blocks; allowed here: fieldsplit (conjugate gradients on the pressure)", prefix ? prefix : "",
                ((PetscObject)pc)->type_name);
   PetscFunctionReturn(0);
 }

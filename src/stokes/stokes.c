@@ -296,6 +296,6 @@ PetscErrorCode DLMStokesSolve(DLMStokes stokes, Vec rhs, Vec x)
   PetscFunctionBeginUser;
   PetscCall(KSPSolve(stokes->ksp, rhs, x));
   PetscCall(GetReason(stokes->ksp, &reason));
-  PetscCheck(reason >= 0, stokes->grid->comm, PETSC_ERR_NOT_CONVERGED, "The Stokes solve (-stokes_) did not converge: %s", KSPConvergedReasons[reason]);
+  PetscCheck(reason >= 0, stokes->grid->comm, PETSC_ERR_NOT_CONVERGED, "-stokes_ksp_type and the keys below it: the Stokes solve did not converge (%s); allowed: a larger ..._ksp_rtol or ..._ksp_max_it, or the solvers chosen by the program", KSPConvergedReasons[reason]);
   PetscFunctionReturn(0);
 }

@@ -44,7 +44,8 @@ def fault(input_, refused, lines):
         return f"does not say what and what to do: {line[:1600]}"
     if any(ord(c) < 32 or ord(c) == 127 for c in line):
         return f"control characters: {line!r}"
-    if any(hole in line.lower() for hole in HOLES if not any(hole.strip().encode() in content for content in input_.files.values()) and hole.strip() not in " ".join(input_.arguments)):
+    given = b" ".join([*input_.files.values(), *(word.encode("utf-8", "surrogateescape") for word in input_.arguments)]).lower()
+    if any(hole in line.lower() and hole.strip().encode() not in given for hole in HOLES):
         return f"a hole in: {line}"
     if any(word not in line for word in input_.expected):
         return f"does not name {input_.expected}: {line}"

@@ -3,6 +3,7 @@
 
     faults.py disk DLMFD MPIRUN...         a disk that gets full while rows, fields or a checkpoint are written, and at the start
     faults.py folder DLMFD MPIRUN...       an output folder that is moved, deleted, taken by another run, made unwritable, read-only
+    faults.py limits DLMFD MPIRUN...       memory that does not suffice, solves that do not converge
     faults.py kills DLMFD COUNT MPIRUN...  kill -9 at random moments, and while a checkpoint or fields are being written
 
 The disk is a small tmpfs where this user may mount one (root), else limits on the size of files. The output says which.
@@ -253,6 +254,30 @@ def read_only():
     small.close()
 
 
+def limits():
+    coarse = "-box_size 1,1,1 -grid_resolution 8 -sphere_radius 0.2 -sphere_centers 0.1,0,0 -wall_velocity_upper 1,0,0"
+    cases = (("bodies", coarse + " -saddle_fieldsplit_bodies_ksp_max_it 1",
+              r"-saddle_rtol 1e-06: the bodies' solve did not reach it in 1 iterations \(DIVERGED_ITS\); allowed: a larger one, a smaller -ts_dt, or a larger -saddle_fieldsplit_bodies_ksp_max_it"),
+             ("fluid", coarse + " -stokes_block_limit 0 -stokes_fieldsplit_pressure_ksp_max_it 1",
+              r"-stokes_ksp_type and the keys below it: the Stokes solve did not converge \(DIVERGED_ITS\); allowed: a larger \.\.\._ksp_rtol or"))
+    for ranks in (1, 2):
+        for what, options, pattern in cases:
+            done = run(options, what, ranks, 2)
+            lines = [line for line in done.stderr.splitlines() if line.startswith("dlmfd") or "ERROR" in line]
+            check(len(lines) == 1 and bool(re.match("dlmfd: error: " + pattern, lines[0])), f"{what} do not converge on {ranks} ranks: {lines}")
+
+    def small():
+        resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))
+
+    if subprocess.run([runs.PROGRAM, "-options_table"], preexec_fn=small, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False).returncode:
+        print("  too little memory: left out, since this build does not start in 2 GiB")
+        return
+    done = subprocess.run(command("-box_size 1,1,1 -grid_resolution 400", "large"), preexec_fn=small, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, timeout=120, check=False)
+    lines = [line for line in done.stderr.splitlines() if line.startswith("dlmfd") or "PETSC ERROR" in line]
+    good = len(lines) == 1 and re.match(r"dlmfd: error: the memory of rank 0 is too small \(in .*\); allowed: a smaller -grid_resolution, or more machines", lines[0])
+    check(bool(good) and done.returncode == 2 and not os.path.exists(place("large")), f"too little memory: exit code {done.returncode}, {lines}")
+
+
 # where an unfinished file lies and how its name begins; None: any moment
 AIMS = {"while a checkpoint is written": ("", "checkpoint"), "while fields are written": ("fields", "step"), "while their links are written": ("", "fields."), "at any moment": None}
 
@@ -320,4 +345,4 @@ def kills(count):
 
 
 if __name__ == "__main__":
-    runs.main({"disk": disk, "folder": folder, "kills": kills})
+    runs.main({"disk": disk, "folder": folder, "limits": limits, "kills": kills})

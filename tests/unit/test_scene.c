@@ -171,7 +171,7 @@ static void KeysOfTheRun(void **state)
 
 static void YamlEqualsPlainEqualsCommandLine(void **state)
 {
-  static const char *const lines[] = {"@same.yaml", "@same.opts",
+  static const char *const lines[] = {"@same.yaml", "@same.opts", "@other.yaml",
                                       "-box_size 3,2,1 -box_periodic 1,0,1 -grid_resolution 8 -sphere_radius "
                                       "0.25 -sphere_centers 0.5,0,0,-0.5,0,0.25"};
 
@@ -182,7 +182,10 @@ static void YamlEqualsPlainEqualsCommandLine(void **state)
   WriteFile("same.opts",
             "# a comment\n-box_size 3,2,1\n  -box_periodic \"1, 0, 1\" # quoted\n\n-grid_resolution\t8\r\n"
             "-prefix_push sphere_\n-radius 0.25\n-prefix_pop\n-sphere_centers 0.5,0,0,-0.5,0,0.25");
-  for (int i = 0; i < 3; i++) {
+  WriteFile("other.yaml", /* a byte order mark, Windows' ends of lines, a block, quotes, tags, no end of the last line */
+            "\xef\xbb\xbf---\r\nbox_size: |\r\n  3,2,1\r\nbox_periodic: '1,0,1'\r\ngrid_resolution: !!int 8\r\nsphere: &s\r\n  radius: \"0.25\"\r\n  centers: "
+            "[0.5, 0,\r\n    0, -0.5, 0, 0.25]");
+  for (int i = 0; i < 4; i++) {
     DLMScene *s = Make(lines[i]);
 
     AssertVector(s->box_size, 3, 2, 1);
@@ -191,7 +194,7 @@ static void YamlEqualsPlainEqualsCommandLine(void **state)
     assert_int_equal(s->n_spheres, 2);
     AssertVector(s->spheres[1].center, -0.5, 0, 0.25);
     assert_true(s->spheres[1].radius == 0.25);
-    if (i < 2) assert_non_null(strstr(s->source, lines[i] + 1));
+    if (i < 3) assert_non_null(strstr(s->source, lines[i] + 1));
     OK(DLMSceneDestroy(&s));
   }
 }
