@@ -81,6 +81,7 @@ static void WriteScene(FILE *file, DLMSimulation sim)
   }
   Line(file, "pairing_type", DLMPairingTypes[scene->pairing_type]);
   Line(file, "pairing_points", DLMPointSets[scene->pairing_points]);
+  fprintf(file, "    \"lubrication\": %s,\n", sim->lubrication.exists ? "true" : "false");
   fprintf(file, "    \"contact_range\": %.15g,\n    \"contact_stiffness\": %.15g,\n", (double)sim->contact.range, (double)sim->contact.stiffness);
   fprintf(file, "    \"sphere_inertia\": %s,\n    \"n_spheres\": %ld,\n    \"spheres\": [", scene->sphere_inertia ? "true" : "false", (long)scene->n_spheres);
   for (PetscInt i = 0; i < scene->n_spheres; i++)
