@@ -141,9 +141,9 @@ static void WallsDrag(void **state)
 }
 
 /* Two free spheres and a fixed one in a row, gaps of 1/100 and 1/1000 of a radius, one near the wall; a fourth far from them. */
-static void StartRow(MPI_Comm comm, PetscBool lubricated, Bodies *b)
+static void StartRow(MPI_Comm comm, PetscReal rtol, PetscBool lubricated, Bodies *b)
 {
-  StartCase(comm, 24, 1e-9, b);
+  StartCase(comm, 24, rtol, b);
   b->scene.lubrication       = lubricated ? DLM_LUBRICATION_TRUE : DLM_LUBRICATION_FALSE;
   b->scene.lubrication_range = 0.75;
   AddSphere(b, DLM_MOTION_FREE, 0.3, -0.2, 0.1, -0.69);
@@ -163,7 +163,7 @@ static void FrictionHoldsBackTheApproach(void **state)
 
   for (int with = 0; with < 2; with++) {
     Bodies b;
-    StartRow(PETSC_COMM_WORLD, with, &b);
+    StartRow(PETSC_COMM_WORLD, 1e-4, with, &b); /* far from converged, the balance holds all the same */
     OpenCase("", &b);
     const PetscInt its = Solve(&b, no_inertia);
     speed[with]        = b.state[0].velocity[0] - b.state[1].velocity[0];
@@ -174,8 +174,8 @@ static void FrictionHoldsBackTheApproach(void **state)
         AssertNear(b.state[i].torque[d], -b.torque[3 * i + d], 1e-8);
       }
     for (int d = 0; d < 3; d++) AssertNear(b.state[2].velocity[d], b.spec[2].velocity[d], 0.0);
-    AssertAtMost(Slip(&b), 1e-8);
-    assert_true(its <= 25);
+    AssertAtMost(Slip(&b), 1e-3);
+    assert_true(its <= 16);
     CloseCase(&b);
   }
   assert_true(fabs(speed[1]) < 0.5 * fabs(speed[0]));
@@ -186,12 +186,12 @@ static void BlocksRanksAndSplittingsAgree(void **state)
 {
   Bodies one;
 
-  StartRow(PETSC_COMM_SELF, PETSC_TRUE, &one);
+  StartRow(PETSC_COMM_SELF, 1e-9, PETSC_TRUE, &one);
   OpenCase("", &one);
   Solve(&one, (DLMInertia){ 3.0, 1.0, 0.0 });
   for (int k = 0; k < 3; k++) {
     Bodies other;
-    StartRow(PETSC_COMM_WORLD, PETSC_TRUE, &other);
+    StartRow(PETSC_COMM_WORLD, 1e-9, PETSC_TRUE, &other);
     if (k == 1) other.scene.saddle_cluster_limit = 10;
     OpenCase(k == 2 ? "-saddle_split velocity" : "", &other);
     const PetscInt its = Solve(&other, (DLMInertia){ 3.0, 1.0, 0.0 });
