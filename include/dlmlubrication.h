@@ -1,7 +1,7 @@
 /*
-  Lubrication that the mesh does not resolve (docs/theory.md, L1 to L6): friction between two spheres, or a sphere and a wall, across a narrow gap. It
-  acts on the motion of the two surfaces relative to each other at the gap, so it is zero for every motion of the pair as one rigid body; force and moment
-  on the two are opposite; the friction is symmetric and positive semidefinite.
+  Lubrication that the mesh does not resolve (docs/theory.md, L1 to L7): friction between two spheres, or a sphere and a wall, across a narrow gap.
+  It acts on the motion of the two surfaces relative to each other at the gap, so it is zero for every motion of the pair as one rigid body; force and
+  moment on the two are opposite; the friction is symmetric and positive semidefinite.
 */
 #ifndef DLMLUBRICATION_H
 #define DLMLUBRICATION_H

@@ -1,7 +1,7 @@
 /*
-  The rigid motions' matrix of the constraint preconditioner, W = R^T S^-1 R + M/dt + Z (docs/theory.md, B3 and L6): dense in a block. The friction of a gap whose
-  spheres are in different blocks (a cut gap) couples them; W is then solved by conjugate gradients to rounding, since the preconditioner
-  must keep the force balance exactly. Without the cut gaps W is its preconditioner, so every cut gap costs a few iterations at most.
+  The rigid motions' matrix of the constraint preconditioner, W = R^T S^-1 R + M/dt + Z (docs/theory.md, B3 and L6): dense in a block. The friction
+  of a gap whose spheres are in different blocks (a cut gap) couples them; W is then solved by conjugate gradients to rounding, since the
+  preconditioner must keep the force balance exactly. Without the cut gaps W is its preconditioner, so every cut gap costs a few iterations at most.
 */
 #include "../../include/private/saddleimpl.h"
 #include <petscblaslapack.h>

@@ -16,8 +16,8 @@ import numpy as np
 def main():
     program, source = sys.argv[1:]
     with tempfile.TemporaryDirectory() as folder:
-        subprocess.run([program, source + '/input/pair_two_walls.yaml', '-sphere_centers', '-0.5,0,0.05,0.5,0,-0.05', '-ts_max_time', '22.5', '-output_dir', folder,
-                        '-progress_every', '60'], check=True)
+        options = ['-sphere_centers', '-0.5,0,0.05,0.5,0,-0.05', '-ts_max_time', '22.5', '-output_dir', folder, '-progress_every', '60']
+        subprocess.run([program, source + '/input/pair_two_walls.yaml'] + options, check=True)
         rows = [row for row in csv.DictReader(open(folder + '/trajectory.csv')) if row['sphere'] == '0']
         gap = json.load(open(folder + '/summary.json'))['smallest_gap'] / 0.1
     time, x1, x3 = (np.array([float(row[key]) for row in rows]) for key in ('time', 'x1', 'x3'))
