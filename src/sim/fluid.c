@@ -31,6 +31,18 @@ static PetscErrorCode SolveSaddle(DLMSimulation sim, DLMInertia inertia)
   PetscFunctionReturn(0);
 }
 
+/* Norm of the velocity in x: with the pressure it would depend on the units. */
+static PetscErrorCode VelocityNorm(DLMSimulation sim, Vec x, PetscReal *norm)
+{
+  Vec u;
+
+  PetscFunctionBegin;
+  PetscCall(DLMStokesGetParts(sim->stokes, x, &u, NULL));
+  PetscCall(VecNorm(u, NORM_2, norm));
+  PetscCall(DLMStokesRestoreParts(sim->stokes, x, &u, NULL));
+  PetscFunctionReturn(0);
+}
+
 /*
   The both-sides coupling takes the projected gradient from the last velocity. Before the first step there is none: u = S(u) is solved by Chebyshev
   iteration, whose operator I - S' has its eigenvalues between the solvent's part of the viscosity and 1 (docs/theory.md, V4).
@@ -38,7 +50,8 @@ static PetscErrorCode SolveSaddle(DLMSimulation sim, DLMInertia inertia)
 static PetscErrorCode SolveFirstFlow(DLMSimulation sim, PetscReal t, PetscReal target, PetscInt order, DLMInertia inertia)
 {
   const DLMScene *scene = sim->scene;
-  const PetscReal low = PetscMax(scene->retardation_time / scene->relaxation_time, 0.05), theta = 0.5 * (1.0 + low), delta = 0.5 * (1.0 - low);
+  const PetscReal solvent = scene->fluid_model == DLM_FLUID_CARREAU ? 0.0 : scene->retardation_time / scene->relaxation_time; /* a thinning solvent: any part */
+  const PetscReal low = PetscMax(solvent, 0.05), theta = 0.5 * (1.0 + low), delta = 0.5 * (1.0 - low);
   PetscReal       rho = delta / theta, size, change;
   DLMSphereState *state, *start = NULL;
   PetscInt        n = 0;
@@ -61,16 +74,16 @@ static PetscErrorCode SolveFirstFlow(DLMSimulation sim, PetscReal t, PetscReal t
     PetscCall(DLMPolymerForce(sim->polymer, t, t, order, sim->body_force));
     if (n && inertia.weight > 0.0) PetscCall(PetscArraycpy(state, start, n)); /* without inertia the last velocities are but a guess */
     PetscCall(SolveSaddle(sim, inertia));
-    PetscCall(VecNorm(x, NORM_2, &size));
+    PetscCall(VelocityNorm(sim, x, &size));
     PetscCall(VecAXPBY(u, 1.0, -1.0, x)); /* u <- S(u) - u */
-    PetscCall(VecNorm(u, NORM_2, &change));
+    PetscCall(VelocityNorm(sim, u, &change));
     if (k == 0) {
       PetscCall(VecCopy(u, d));
       PetscCall(VecScale(d, 1.0 / theta));
     } else {
-      const PetscReal next = 1.0 / (2.0 * theta / delta - rho);
-      PetscCall(VecAXPBY(d, 2.0 * next / delta, next * rho, u));
-      rho = next;
+      const PetscReal next = 1.0 / (2.0 * theta - rho * delta); /* delta is 0 where all is solvent */
+      PetscCall(VecAXPBY(d, 2.0 * next, delta * next * rho, u));
+      rho = delta * next;
     }
     PetscCall(VecAXPBY(u, 1.0, -1.0, x)); /* the old u again */
     PetscCall(VecAXPY(u, 1.0, d));
