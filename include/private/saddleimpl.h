@@ -78,10 +78,15 @@ struct _p_DLMSaddle {
   DLMSaddleParts  parts;
 };
 
-/* Factor of the whole Uzawa preconditioner: pressure mass, and scale of the multipliers' unit matrix (see DLMBlocks). */
+/*
+  Uzawa's preconditioner: this times the pressure mass over mu, and this times a unit matrix of the size of J A^-1 J^T for the multipliers (see DLMBlocks). Below 1
+  for the sake of steps longer than 2.
+*/
+static const PetscReal DLMUzawaFactor = 0.2;
+
 static inline PetscReal DLMUzawaScale(DLMStokes stokes)
 {
-  return 0.2 * PetscMin(1.0, 1.0 / (stokes->viscosity * stokes->grid->h));
+  return DLMUzawaFactor / (stokes->viscosity * stokes->grid->h);
 }
 
 /* clusters.c: cluster[i] of every sphere, numbered by their first sphere; the same on every rank. */

@@ -115,7 +115,7 @@ PetscErrorCode DLMSaddleCreate(DLMStokes stokes, DLMSpheres spheres, DLMPairing 
   if (s->uzawa) {
     PetscCall(MatCreateVecs(stokes->mass, &s->lumped_mass, NULL));
     PetscCall(MatGetRowSum(stokes->mass, s->lumped_mass));
-    PetscCall(VecScale(s->lumped_mass, DLMUzawaScale(stokes)));
+    PetscCall(VecScale(s->lumped_mass, DLMUzawaFactor));
   }
   if (scene->n_spheres) PetscCall(CreateForSpheres(s));
   *new_saddle = s;
