@@ -23,3 +23,8 @@ endfunction()
 dlm_fuzz(fuzz 2000 20 1)
 dlm_fuzz(many_fuzz 20000 200 0)
 set_tests_properties(many_fuzz PROPERTIES LABELS "badinput;long")
+
+# A dozen cells of docs/extremes.md.
+string(REPLACE ";" " " DLM_MPIRUN_WORDS "${DLM_MPIRUN}")
+add_test(NAME scenes.extremes COMMAND ${DLM_PYTHON} -B ${PROJECT_SOURCE_DIR}/tools/extremes --quick --program $<TARGET_FILE:dlmfd> --mpirun ${DLM_MPIRUN_WORDS})
+set_tests_properties(scenes.extremes PROPERTIES LABELS scenes PROCESSORS 2 TIMEOUT 900)

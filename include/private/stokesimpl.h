@@ -19,6 +19,7 @@ typedef struct {
 struct _p_DLMStokes {
   DLMGrid     grid;
   PetscReal   viscosity;
+  PetscReal   speed;          /* norm of the last velocity of an inner solve */
   DLMBox     *box;
   Mat         A, B, BT, K; /* A shell or assembled; B = -divergence (shell) */
   Mat         mass;        /* -pressure mass / mu: stands in for the Schur complement where it is not exact */

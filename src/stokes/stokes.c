@@ -88,6 +88,43 @@ static PetscErrorCode CreateParts(DLMStokes stokes)
   PetscFunctionReturn(0);
 }
 
+/* Norm of the last velocity that an inner solve gave. */
+static PetscErrorCode TakeSpeed(KSP ksp, Vec rhs, Vec u, void *context)
+{
+  PetscFunctionBegin;
+  PetscCall(VecNorm(u, NORM_2, &((DLMStokes)context)->speed));
+  PetscFunctionReturn(0);
+}
+
+/*
+  A flow that needs no pressure leaves the rounding of B u as the right-hand side of the pressure, of which no relative tolerance can be had: its size, under the
+  pressure mass over mu, is the absolute one.
+*/
+static PetscErrorCode SetRounding(KSP ksp, Vec rhs, Vec p, void *context)
+{
+  DLMStokes stokes = (DLMStokes)context;
+
+  PetscFunctionBegin;
+  PetscCall(KSPSetTolerances(ksp, PETSC_DEFAULT, PETSC_MACHINE_EPSILON * stokes->viscosity / stokes->grid->h * stokes->speed, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode ConfigureSubSolvers(DLMStokes stokes, PC pc)
+{
+  KSP *sub;
+
+  PetscFunctionBegin;
+  PetscCall(PCFieldSplitSchurGetSubKSP(pc, NULL, &sub));
+  PetscCall(KSPSetPostSolve(sub[0], TakeSpeed, stokes));
+  PetscCall(KSPSetPreSolve(sub[1], SetRounding, stokes));
+  if (stokes->viscous_dm) {
+    PetscCall(KSPSetDM(sub[0], stokes->viscous_dm));
+    PetscCall(KSPSetDMActive(sub[0], PETSC_FALSE));
+  }
+  PetscCall(PetscFree(sub));
+  PetscFunctionReturn(0);
+}
+
 static PetscErrorCode CreateSolver(DLMStokes stokes)
 {
   const PetscBool exact = (PetscBool)(stokes->box->pressure != NULL);
@@ -115,13 +152,7 @@ static PetscErrorCode CreateSolver(DLMStokes stokes)
     PetscCall(KSPSetFromOptions(stokes->ksp));
   }
   PetscCall(KSPSetUp(stokes->ksp));
-  if (split && stokes->viscous_dm) {
-    KSP *sub;
-    PetscCall(PCFieldSplitSchurGetSubKSP(pc, NULL, &sub));
-    PetscCall(KSPSetDM(sub[0], stokes->viscous_dm));
-    PetscCall(KSPSetDMActive(sub[0], PETSC_FALSE));
-    PetscCall(PetscFree(sub));
-  }
+  if (split) PetscCall(ConfigureSubSolvers(stokes, pc));
   PetscFunctionReturn(0);
 }
 
