@@ -56,8 +56,25 @@ static PetscErrorCode WriteVersion(FILE *file)
   PetscFunctionReturn(0);
 }
 
+/* As the scene starts them. */
+static void WriteSpheres(FILE *file, const DLMScene *scene)
+{
+  fprintf(file, "    \"n_spheres\": %ld,\n    \"spheres\": [", (long)scene->n_spheres);
+  for (PetscInt i = 0; i < scene->n_spheres; i++) {
+    const DLMSphereSpec *s = &scene->spheres[i];
+    fprintf(file, "%s\n      {\"radius\": %.15g, \"density\": %.15g, \"motion\": \"%s\"", i ? "," : "", (double)s->radius, (double)s->density, DLMMotions[s->motion]);
+    fprintf(file, ", \"center\": [%.15g, %.15g, %.15g]", (double)s->center[0], (double)s->center[1], (double)s->center[2]);
+    fprintf(file, ", \"force\": [%.15g, %.15g, %.15g]", (double)s->force[0], (double)s->force[1], (double)s->force[2]);
+    fprintf(file, ", \"torque\": [%.15g, %.15g, %.15g]}", (double)s->torque[0], (double)s->torque[1], (double)s->torque[2]);
+  }
+  fputs("\n    ]\n", file);
+}
+
 static void WriteScene(FILE *file, DLMSimulation sim)
 {
+  static const char *const walls[3][2] = { { "wall_velocity_x1_lower", "wall_velocity_x1_upper" },
+                                           { "wall_velocity_x2_lower", "wall_velocity_x2_upper" },
+                                           { "wall_velocity_lower", "wall_velocity_upper" } };
   const DLMScene *scene = sim->scene;
 
   fputs("  \"scene\": {\n", file);
@@ -67,9 +84,10 @@ static void WriteScene(FILE *file, DLMSimulation sim)
           scene->box_periodic[2] ? "true" : "false");
   fprintf(file, "    \"grid_resolution\": %.15g,\n    \"cells\": [%ld, %ld, %ld],\n", (double)scene->grid_resolution, (long)scene->cells[0],
           (long)scene->cells[1], (long)scene->cells[2]);
-  Vector(file, "wall_velocity_lower", scene->wall_velocity[2][0]);
-  Vector(file, "wall_velocity_upper", scene->wall_velocity[2][1]);
+  for (int d = 0; d < 3; d++)
+    for (int side = 0; side < 2 && (d == 2 || !scene->box_periodic[d]); side++) Vector(file, walls[d][side], scene->wall_velocity[d][side]);
   Vector(file, "gravity", scene->gravity);
+  Vector(file, "pressure_gradient", scene->pressure_gradient);
   Line(file, "fluid_model", DLMFluidModels[scene->fluid_model]);
   fprintf(file, "    \"fluid_density\": %.15g,\n    \"fluid_viscosity\": %.15g,\n", (double)scene->fluid_density, (double)scene->fluid_viscosity);
   if (sim->polymer) {
@@ -78,16 +96,15 @@ static void WriteScene(FILE *file, DLMSimulation sim)
     Line(file, "polymer_form", DLMPolymerForms[scene->polymer_form]);
     Line(file, "polymer_coupling", DLMCouplings[scene->polymer_coupling]);
     Line(file, "polymer_inside", DLMInsides[scene->polymer_inside]);
+    fprintf(file, "    \"polymer_mode_amplitude\": %.15g,\n", (double)scene->polymer_mode_amplitude);
   }
   Line(file, "pairing_type", DLMPairingTypes[scene->pairing_type]);
   Line(file, "pairing_points", DLMPointSets[scene->pairing_points]);
   fprintf(file, "    \"lubrication\": %s,\n", sim->lubrication.exists ? "true" : "false");
   fprintf(file, "    \"contact_range\": %.15g,\n    \"contact_stiffness\": %.15g,\n", (double)sim->contact.range, (double)sim->contact.stiffness);
-  fprintf(file, "    \"sphere_inertia\": %s,\n    \"n_spheres\": %ld,\n    \"spheres\": [", scene->sphere_inertia ? "true" : "false", (long)scene->n_spheres);
-  for (PetscInt i = 0; i < scene->n_spheres; i++)
-    fprintf(file, "%s\n      {\"radius\": %.15g, \"density\": %.15g, \"motion\": \"%s\"}", i ? "," : "", (double)scene->spheres[i].radius,
-            (double)scene->spheres[i].density, DLMMotions[scene->spheres[i].motion]);
-  fputs("\n    ]\n  },\n", file);
+  fprintf(file, "    \"sphere_inertia\": %s,\n", scene->sphere_inertia ? "true" : "false");
+  WriteSpheres(file, scene);
+  fputs("  },\n", file);
 }
 
 static PetscErrorCode WriteWork(FILE *file, DLMSimulation sim)
