@@ -26,6 +26,7 @@ extern const char *const DLMPolymerForms[];
 extern const char *const DLMCouplings[];
 extern const char *const DLMInsides[];
 extern const char *const DLMLubrications[];
+extern const char *const DLMPlanes[];
 
 /* One rigid sphere as the scene starts it. */
 typedef struct {

@@ -12,7 +12,7 @@ const char *const DLMPolymerForms[] = {"factor", "log", "DLMPolymerForm", "DLM_F
 const char *const DLMCouplings[]    = {"explicit", "both_sides", "DLMCoupling", "DLM_COUPLING_", NULL};
 const char *const DLMInsides[]      = {"identity", "evolve", "extend", "DLMInside", "DLM_INSIDE_", NULL};
 const char *const DLMLubrications[] = {"false", "true", "auto", "DLMLubricationChoice", "DLM_LUBRICATION_", NULL};
-static const char *const Planes[]   = {"12", "13", "23", "DLMPlane", "DLM_PLANE_", NULL};
+const char *const DLMPlanes[]       = {"12", "13", "23", "DLMPlane", "DLM_PLANE_", NULL};
 static const char *const SplitSchemes[] = {"lie", "strang", "DLMSplitScheme", "DLM_SPLIT_", NULL};
 static const char *const AdaptTypes[] = {"none", "scene", "DLMAdaptType", "DLM_ADAPT_", NULL};
 
@@ -66,7 +66,7 @@ const DLMSceneKey DLMSceneKeys[] = {
    "largest Courant number of an advection sub-step"},
   {"Polymer", "polymer_mode_amplitude", DLM_KEY_REAL, "0", AT(scene.polymer_mode_amplitude), BETWEEN(-0.9, 0.9), "",
    "C starts as I plus this times sin(2 pi number x3/L3) in the components of a plane"},
-  {"Polymer", "polymer_mode_plane", DLM_KEY_WORD, "13", AT(scene.polymer_mode_plane), ONE_OF(Planes), "", "the plane of that mode"},
+  {"Polymer", "polymer_mode_plane", DLM_KEY_WORD, "13", AT(scene.polymer_mode_plane), ONE_OF(DLMPlanes), "", "the plane of that mode"},
   {"Polymer", "polymer_mode_number", DLM_KEY_INT, "1", AT(scene.polymer_mode_number), BETWEEN(1, 1000), "", "its wave number"},
 
   {"Spheres", "spheres_file", DLM_KEY_TEXT, "", AT(scene.spheres_file), ANY, "",
