@@ -3,9 +3,9 @@ include(GNUInstallDirs)
 set(share ${CMAKE_INSTALL_DATADIR}/dlmfd)
 set(made ${PROJECT_BINARY_DIR}/install) # files made here to be installed
 
-# Tools of users: installed under their names in ${share}/tools, with the modules they import, and linked as dlmfd-NAME.
+# Tools of users: installed under their names in ${share}/tools, with the modules and tables they read, and linked as dlmfd-NAME.
 file(GLOB DLM_TOOLS CONFIGURE_DEPENDS tools/plot_* tools/movie tools/report)
-file(GLOB DLM_MODULES CONFIGURE_DEPENDS tools/*.py)
+file(GLOB DLM_MODULES CONFIGURE_DEPENDS tools/*.py tools/*.csv)
 
 # compressed(<file>): ${made}/<file>.gz without its time, so that the same source gives the same package.
 find_program(DLM_GZIP gzip REQUIRED)

@@ -24,7 +24,7 @@ PALETTE = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7
 FORMATS = ("png", "pdf", "svg")
 STYLE = {
     "font.size": 9, "axes.labelsize": 10, "axes.titlesize": 9, "axes.linewidth": 0.7, "axes.axisbelow": True, "axes.grid": True, "grid.color": "0.9", "grid.linewidth": 0.6,
-    "legend.frameon": False, "legend.fontsize": 8, "mathtext.fontset": "cm", "xtick.direction": "in", "ytick.direction": "in", "xtick.labelsize": 8, "ytick.labelsize": 8,
+    "legend.frameon": False, "legend.fontsize": 8, "mathtext.fontset": "cm", "xtick.direction": "in", "ytick.direction": "in", "xtick.labelsize": 8, "ytick.labelsize": 8, "xtick.major.pad": 5, "ytick.major.pad": 5,
     "lines.linewidth": 1.3, "svg.hashsalt": "dlmfd", "axes.formatter.useoffset": False,
 }
 plt.rcParams.update(STYLE)
@@ -60,7 +60,7 @@ def name_units(text):
     if len(names) != 3 or not all(names):
         raise ToolError(f"--units {text}: allowed: names of the units of length, mass and time, as in cm,g,s")
     length, mass, time = names
-    units.update({"length": length, "time": time, "1/time": f"1/{time}", "velocity": f"{length}/{time}", "pressure": f"{mass}/({length} {time}²)", "force": f"{mass} {length}/{time}²"})
+    units.update({"length": length, "time": time, "1/time": f"{time}⁻¹", "velocity": f"{length}/{time}", "pressure": f"{mass} {length}⁻¹ {time}⁻²", "force": f"{mass} {length} {time}⁻²"})
 
 
 def label(symbol, unit=None):
@@ -144,12 +144,17 @@ class Run:
     def need_summary(self):
         if not self.scene:
             raise ToolError(f"no summary.json in {self.folder}: a run writes it when it ends")
+        if not self.box:
+            raise ToolError(f"{self.path('summary.json')} has no box_size: it is of an older version")
 
     @functools.cached_property
     def paths(self):
         """One dict of columns a sphere, ascending in step; of a step written twice the later row."""
         rows = read_csv(self.path("trajectory.csv"), COLUMNS)
-        paths = []
+        finite = np.all([np.isfinite(rows[name]) for name in COLUMNS], axis=0)
+        if not finite.any():
+            raise ToolError(f"{self.path('trajectory.csv')} has no finite numbers")
+        rows, paths = {name: column[finite] for name, column in rows.items()}, []
         for sphere in np.unique(rows["sphere"]):
             mine = np.flatnonzero(rows["sphere"] == sphere)
             _, last = np.unique(rows["step"][mine][::-1], return_index=True)
@@ -163,7 +168,7 @@ class Run:
 
     @functools.cached_property
     def fields(self):
-        return Fields(self.path("fields.h5"))
+        return Fields(self.path("fields.h5"), rides=any(self.summary.get("frame_velocity", ())))
 
     def walls(self, axis):
         """Velocities of the lower and the upper wall of an axis (0, 1, 2), or None if it is periodic."""
@@ -188,9 +193,9 @@ class Run:
 
 
 class Fields:
-    """fields.h5. Positions are those of the mesh, which rides with the mean velocity of the walls."""
+    """fields.h5. Positions are those of the mesh, which rides with the mean velocity of the walls if they have one."""
 
-    def __init__(self, path):
+    def __init__(self, path, rides=False):
         import h5py  # only where fields are read
         if not os.path.exists(path):
             raise ToolError(f"no {os.path.basename(path)} in {os.path.dirname(path) or '.'}: run with -output_fields_every N")
@@ -198,9 +203,10 @@ class Fields:
             self.file = h5py.File(path, "r")
         except OSError:
             raise ToolError(f"{path} is not a whole HDF5 file, or the run is writing it just now") from None
-        self.path = path
-        self.steps = sorted(name for name in self.file if name.startswith("step_"))
-        if not self.steps:
+        self.path, self.rides = path, rides
+        steps = sorted(name for name in self.file if name.startswith("step_"))
+        self.steps = [name for name in steps if set(self.file[name]) >= set(self.file[steps[0]])]  # whole ones
+        if not self.steps or "meshes/velocity_mesh" not in self.file:
             raise ToolError(f"{path} has no steps")
         self.times = np.array([self.file[name].attrs["time"][0] for name in self.steps])
         mesh = self.file["meshes/velocity_mesh"].attrs

@@ -165,6 +165,14 @@ def time_back(run):
     return back, ""
 
 
+def leaving(run):
+    """Whether a pair that has passed is closer to its mid-plane than it came, when it is as far apart again."""
+    t, x1, x3 = pair(run)
+    if crossings(run)[0] != "pass":
+        raise NotYet("the pair does not pass")
+    return "closer" if np.interp(time_back(run)[0], t, x3) < x3[0] else "farther", ""
+
+
 def place_at(run, axis, time):
     t, *x = pair(run)
     if t[-1] < time * (1 - 1e-9):
@@ -201,7 +209,7 @@ def decay(run, time):
 
 MEASURES = {
     "V1/V_Stokes": settling_speed, "omega/rate": rotation, "V1/(rate L3)": speed_beyond_walls,
-    "outcome": lambda run: (crossings(run)[0], ""), "crossing time": lambda run: (crossings(run)[1], ""), "time back": time_back,
+    "outcome": lambda run: (crossings(run)[0], ""), "crossing time": lambda run: (crossings(run)[1], ""), "time back": time_back, "leaves the mid-plane": leaving,
     "C11": lambda run: conformation(run, "11"), "C13": lambda run: conformation(run, "13"), "largest u1 / (G L3^2/(8 eta1))": poiseuille,
     "decay rate times lambda1": lambda run: decay(run, "relaxation_time"), "decay rate times lambda2": lambda run: decay(run, "retardation_time"),
 }
