@@ -1,8 +1,8 @@
 """What the tools that draw share: reading a run's folder, style, units, figures of a fixed size, errors in one line.
 
-    run = Run("out/pair")      run.paths[0]["x1"], run.radii, run.shear, run.fields.steps, run.bulk
-    label("$x_1$", "length")   axis text with its unit; --units cm,g,s of every tool names the units
-    run_tool(main)             calls main; what the user can mend ends in one line and exit status 1
+run = Run("out/pair")      run.paths[0]["x1"], run.radii, run.shear, run.fields.steps, run.bulk
+label("$x_1$", "length")   axis text with its unit; --units cm,g,s of every tool names the units
+run_tool(main)             calls main; what the user can mend ends in one line and exit status 1
 """
 import argparse
 import functools
@@ -23,14 +23,31 @@ COLUMNS = ["step", "time", "sphere", "x1", "x2", "x3", "V1", "V2", "V3", "omega1
 PALETTE = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f3c8d", "#444444"]
 FORMATS = ("png", "pdf", "svg")
 STYLE = {
-    "font.size": 9, "axes.labelsize": 10, "axes.titlesize": 9, "axes.linewidth": 0.7, "axes.axisbelow": True, "axes.grid": True, "grid.color": "0.9", "grid.linewidth": 0.6,
-    "legend.frameon": False, "legend.fontsize": 8, "mathtext.fontset": "cm", "xtick.direction": "in", "ytick.direction": "in", "xtick.labelsize": 8, "ytick.labelsize": 8, "xtick.major.pad": 5, "ytick.major.pad": 5,
-    "lines.linewidth": 1.3, "svg.hashsalt": "dlmfd", "axes.formatter.useoffset": False,
+    "font.size": 9,
+    "axes.labelsize": 10,
+    "axes.titlesize": 9,
+    "axes.linewidth": 0.7,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "grid.color": "0.9",
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "mathtext.fontset": "cm",
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "xtick.major.pad": 5,
+    "ytick.major.pad": 5,
+    "lines.linewidth": 1.3,
+    "svg.hashsalt": "dlmfd",
+    "axes.formatter.useoffset": False,
 }
 plt.rcParams.update(STYLE)
 
 # Without --units an axis says what is measured: any consistent system fits.
-units = {"length": "length", "time": "time", "1/time": "1/time", "velocity": "velocity", "pressure": "pressure", "force": "force"}
+units = {"length": "length", "time": "time", "1/time": "1/time", "velocity": "velocity", "pressure": "pressure", "viscosity": "pressure time"}
 
 
 class ToolError(Exception):
@@ -60,7 +77,16 @@ def name_units(text):
     if len(names) != 3 or not all(names):
         raise ToolError(f"--units {text}: allowed: names of the units of length, mass and time, as in cm,g,s")
     length, mass, time = names
-    units.update({"length": length, "time": time, "1/time": f"{time}⁻¹", "velocity": f"{length}/{time}", "pressure": f"{mass} {length}⁻¹ {time}⁻²", "force": f"{mass} {length} {time}⁻²"})
+    units.update(
+        {
+            "length": length,
+            "time": time,
+            "1/time": f"{time}⁻¹",
+            "velocity": f"{length}/{time}",
+            "pressure": f"{mass} {length}⁻¹ {time}⁻²",
+            "viscosity": f"{mass} {length}⁻¹ {time}⁻¹",
+        }
+    )
 
 
 def label(symbol, unit=None):
@@ -114,6 +140,11 @@ def read_csv(name, required=()):
     except ValueError as error:
         raise ToolError(f"{name}: {str(error).splitlines()[0]}") from None
     return dict(zip(header, rows.T))
+
+
+def last_tenth(time):
+    """Which rows lie in the last tenth of the time that they span; steps need not be equal."""
+    return time >= time[-1] - 0.1 * (time[-1] - time[0]) * (1 + 1e-9)
 
 
 class Run:
@@ -179,7 +210,9 @@ class Run:
     @functools.cached_property
     def shear(self):
         """(rate, axis of the flow, of the gradient, of the vorticity) of the one pair of walls that shears the box, or None."""
-        found = [(axis, walls[1] - walls[0]) for axis in range(3) for walls in [self.walls(axis)] if walls is not None and np.any(walls[1] != walls[0])]
+        found = [
+            (axis, walls[1] - walls[0]) for axis in range(3) for walls in [self.walls(axis)] if walls is not None and np.any(walls[1] != walls[0])
+        ]
         if len(found) != 1 or np.count_nonzero(found[0][1]) != 1:
             return None
         gradient, difference = found[0]
@@ -197,6 +230,7 @@ class Fields:
 
     def __init__(self, path, rides=False):
         import h5py  # only where fields are read
+
         if not os.path.exists(path):
             raise ToolError(f"no {os.path.basename(path)} in {os.path.dirname(path) or '.'}: run with -output_fields_every N")
         try:
@@ -204,7 +238,7 @@ class Fields:
         except OSError:
             raise ToolError(f"{path} is not a whole HDF5 file, or the run is writing it just now") from None
         self.path, self.rides = path, rides
-        steps = sorted(name for name in self.file if name.startswith("step_"))
+        steps = sorted(name for name in self.file if name.startswith("step_") and name in self.file)  # not links to nothing
         self.steps = [name for name in steps if set(self.file[name]) >= set(self.file[steps[0]])]  # whole ones
         if not self.steps or "meshes/velocity_mesh" not in self.file:
             raise ToolError(f"{path} has no steps")
@@ -226,7 +260,10 @@ class Fields:
         return (group["center"][()], group["radius"][()]) if group else (np.zeros((0, 3)), np.zeros(0))
 
     def plane(self, step, name, axis, at):
-        """(coordinates along the two other axes, ascending; values [second, first] or [second, first, component]) where x_axis = at, linear between the mesh planes."""
+        """
+        Where x_axis = at, linear between the mesh planes: coordinates along the first and the second of the two other axes, and
+        values [second, first] or [second, first, component].
+        """
         data = self.file[step][name]
         mesh = self.file["meshes"][data.attrs["mesh"][0].decode()].attrs
         lower, h, last = mesh["origin"], mesh["spacing"], data.shape[2 - axis] - 1
@@ -238,7 +275,7 @@ class Fields:
 
 
 def cut_spheres(centers, radii, axis, at, lower, size, periodic):
-    """Circles (first, second coordinate, radius) in which the plane x_axis = at cuts spheres and their periodic images, as far as the box shows them."""
+    """Circles (first, second coordinate, radius) that the plane x_axis = at cuts out of spheres and their periodic images, where the box shows them."""
     a, b = (d for d in range(3) if d != axis)
     circles = []
     for shift in itertools.product(*[(-length, 0.0, length) if wraps else (0.0,) for length, wraps in zip(size, periodic)]):

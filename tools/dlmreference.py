@@ -4,8 +4,9 @@
     nearest(run)        the row that comes closest to the scene, and what keeps it from fitting
     rotation_rates()    the table's rates of rotation in Oldroyd-B fluid, for plot_rotation
 
-The columns of conditions are the keys of scene_of(): lengths over the radius a; for a pair half of the difference of its centres, for one sphere the place of its centre at
-the start; Wi = lambda1 times the shear rate. `value` is a number, a word, or an expression in Wi and s = t/lambda1 at the end of the run. A quantity names one of MEASURES.
+The columns of conditions are the keys of scene_of(): lengths over the radius a; for a pair half of the difference of its centres, for one sphere the
+place of its centre at the start; Wi = lambda1 times the shear rate. phi: volume fraction. `value` is a number, a word, or an expression in Wi, s =
+t/lambda1 at the end of the run, and b = 1 - lambda2/lambda1. A quantity names one of MEASURES.
 """
 import collections
 import csv
@@ -15,7 +16,7 @@ import re
 
 import numpy as np
 
-from dlmplot import ToolError
+from dlmplot import ToolError, last_tenth
 
 Comparison = collections.namedtuple("Comparison", "case quantity value reference error uncertainty source note")
 COMPONENTS = ("11", "12", "13", "22", "23", "33")
@@ -35,9 +36,15 @@ def read_table():
 
 # The scene as the table sees it.
 
+
 def push_of(scene):
     """Force on each sphere beside the fluid's: prescribed, and buoyancy."""
-    return np.array([np.array(s["force"]) + (s["density"] - scene["fluid_density"]) * 4 / 3 * math.pi * s["radius"] ** 3 * np.array(scene["gravity"]) for s in scene["spheres"]])
+    return np.array(
+        [
+            np.array(s["force"]) + (s["density"] - scene["fluid_density"]) * 4 / 3 * math.pi * s["radius"] ** 3 * np.array(scene["gravity"])
+            for s in scene["spheres"]
+        ]
+    )
 
 
 def drive_of(run):
@@ -45,7 +52,7 @@ def drive_of(run):
     scene, push = run.scene, push_of(run.scene)
     gradient = np.array(scene["pressure_gradient"])
     still = all(walls is None or not np.ptp(walls, axis=0).any() for walls in map(run.walls, range(3)))
-    if any(np.any(sphere["torque"]) for sphere in scene["spheres"]) or push.any() + gradient.any() + (not still) > 1:
+    if any(np.any(sphere["torque"]) for sphere in scene["spheres"]) or sum(map(bool, (push.any(), gradient.any(), not still))) > 1:
         return "other"
     if push.any():
         return "settling" if not push[:, 1:].any() else "other"
@@ -62,14 +69,22 @@ def scene_of(run):
     scene, spheres = run.scene, run.scene["spheres"]
     try:
         mode = scene.get("polymer_mode_amplitude", 0.0)
-        found = {"fluid": scene["fluid_model"], "drive": drive_of(run), "periodic": "".join("01"[int(x)] for x in scene["box_periodic"]), "spheres": len(spheres),
-                 "mode": scene["polymer_mode_plane"] if mode else "none", "motion": "|".join(sorted({sphere["motion"] for sphere in spheres})) or "none"}
+        found = {
+            "fluid": scene["fluid_model"],
+            "drive": drive_of(run),
+            "periodic": "".join("01"[int(x)] for x in scene["box_periodic"]),
+            "spheres": len(spheres),
+            "mode": scene["polymer_mode_plane"] if mode else "none",
+            "motion": "|".join(sorted({sphere["motion"] for sphere in spheres})) or "none",
+        }
     except KeyError as key:
         raise ToolError(f"{run.path('summary.json')} has no {key.args[0]}: it is of an older version") from None
     if found["fluid"] == "carreau" and scene["carreau_n"] == 1:
         found["fluid"] = "oldroyd_b"
     if run.wi:
         found.update({"Wi": run.wi, "lambda2/lambda1": scene["retardation_time"] / scene["relaxation_time"]})
+    if spheres:
+        found["phi"] = float(np.sum(4 / 3 * np.pi * run.radii**3) / np.prod(run.box))
     if len(set(run.radii)) == 1:
         a, centers = run.radii[0], np.array([sphere["center"] for sphere in spheres])
         found.update({f"L{d + 1}/a": run.box[d] / a for d in range(3)})
@@ -99,27 +114,28 @@ def mismatches(row, scene):
 
 # What is measured. Each returns (value, note); times are multiplied by the shear rate.
 
-def settled(run, values):
+
+def settled(time, values):
     """Mean of the last tenth of a run; says so if it still changes."""
-    tail = values[-max(1, len(values) // 10):]
+    tail = values[last_tenth(time)]
     change = abs(np.ptp(tail) / np.mean(tail)) if np.mean(tail) else 0.0
     return float(np.mean(tail)), f"still changing: by {100 * change:.2g} % over the last tenth of the run" if change > 1e-3 else ""
 
 
 def settling_speed(run):
     stokes = push_of(run.scene)[0, 0] / (6 * math.pi * run.scene["fluid_viscosity"] * run.radii[0])
-    return settled(run, run.paths[0]["V1"] / stokes)
+    return settled(run.paths[0]["time"], run.paths[0]["V1"] / stokes)
 
 
 def rotation(run):
     rate, _, _, vorticity = run.shear
-    return settled(run, abs(run.paths[0][f"omega{vorticity + 1}"]) / rate)
+    return settled(run.paths[0]["time"], abs(run.paths[0][f"omega{vorticity + 1}"]) / rate)
 
 
 def speed_beyond_walls(run):
     rate, flow, gradient, _ = run.shear
     beyond = run.paths[0][f"V{flow + 1}"] - run.walls(gradient).mean(axis=0)[flow]
-    return settled(run, abs(beyond) / (rate * run.box[gradient]))
+    return settled(run.paths[0]["time"], abs(beyond) / (rate * run.box[gradient]))
 
 
 def pair(run):
@@ -188,6 +204,15 @@ def last_field(run, name, step=-1):
     return fields.plane(fields.steps[step], name, 1, 0.0)[2]
 
 
+def excess(run, column):
+    """By how much the spheres raise a stress of bulk.csv over that of the fluid alone, over it and over the volume fraction."""
+    if run.bulk is None or column not in run.bulk:
+        raise NotYet(f"bulk.csv has no column {column}" if run.bulk else "the run has no bulk.csv")
+    scene = scene_of(run)
+    alone = run.scene["fluid_viscosity"] * run.shear[0] * (1 if column == "stress12" else 2 * (1 - scene["lambda2/lambda1"]) * scene["Wi"])
+    return settled(run.bulk["time"], (run.bulk[column] / alone - 1) / scene["phi"])
+
+
 def conformation(run, component):
     c = last_field(run, "conformation")[..., COMPONENTS.index(component)]
     return float(abs(c).max()), f"differs by {np.ptp(c):.1e} from place to place" if np.ptp(c) > 1e-6 else ""
@@ -208,10 +233,20 @@ def decay(run, time):
 
 
 MEASURES = {
-    "V1/V_Stokes": settling_speed, "omega/rate": rotation, "V1/(rate L3)": speed_beyond_walls,
-    "outcome": lambda run: (crossings(run)[0], ""), "crossing time": lambda run: (crossings(run)[1], ""), "time back": time_back, "leaves the mid-plane": leaving,
-    "C11": lambda run: conformation(run, "11"), "C13": lambda run: conformation(run, "13"), "largest u1 / (G L3^2/(8 eta1))": poiseuille,
-    "decay rate times lambda1": lambda run: decay(run, "relaxation_time"), "decay rate times lambda2": lambda run: decay(run, "retardation_time"),
+    "V1/V_Stokes": settling_speed,
+    "omega/rate": rotation,
+    "V1/(rate L3)": speed_beyond_walls,
+    "outcome": lambda run: (crossings(run)[0], ""),
+    "crossing time": lambda run: (crossings(run)[1], ""),
+    "time back": time_back,
+    "leaves the mid-plane": leaving,
+    "C11": lambda run: conformation(run, "11"),
+    "C13": lambda run: conformation(run, "13"),
+    "largest u1 / (G L3^2/(8 eta1))": poiseuille,
+    "excess of shear stress over phi": lambda run: excess(run, "stress12"),
+    "excess of N1 over phi": lambda run: excess(run, "N1"),
+    "decay rate times lambda1": lambda run: decay(run, "relaxation_time"),
+    "decay rate times lambda2": lambda run: decay(run, "retardation_time"),
 }
 PLACE = re.compile(r"x([13])/a at (\S+)$")
 
@@ -225,7 +260,12 @@ def reference_value(row, scene, run):
     """The value of a row: a word, or a number."""
     if re.fullmatch(r"[a-z]+", row["value"]):
         return row["value"]
-    names = {"exp": math.exp, "Wi": scene.get("Wi"), "s": run.summary["time"] / run.scene.get("relaxation_time", 1.0)}
+    names = {
+        "exp": math.exp,
+        "Wi": scene.get("Wi"),
+        "s": run.summary["time"] / run.scene.get("relaxation_time", 1.0),
+        "b": 1 - scene.get("lambda2/lambda1", 1.0),
+    }
     return float(eval(row["value"], {"__builtins__": {}}, names))  # of our own table
 
 
