@@ -254,6 +254,11 @@ class Fields:
     def has(self, step, name):
         return name in self.file[step]
 
+    def component(self, step, pair):
+        """Place of C11, ... in the last axis of the conformation tensor: VTK's order where its trace is there too, as older files have not."""
+        order = ("11", "22", "33", "12", "23", "13") if self.has(step, "conformation_trace") else ("11", "12", "13", "22", "23", "33")
+        return order.index(pair)
+
     def spheres(self, step):
         """Centres [n, 3] and radii [n]."""
         group = self.file[step].get("spheres")

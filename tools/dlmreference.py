@@ -19,7 +19,6 @@ import numpy as np
 from dlmplot import ToolError, last_tenth
 
 Comparison = collections.namedtuple("Comparison", "case quantity value reference error uncertainty source note")
-COMPONENTS = ("11", "12", "13", "22", "23", "33")
 NOT_CONDITIONS = ("case", "quantity", "value", "uncertainty", "source")
 
 
@@ -196,12 +195,16 @@ def place_at(run, axis, time):
     return float(np.interp(time, t, x[axis == "3"])), ""
 
 
-def last_field(run, name, step=-1):
+def field(run, name, step=-1):
+    """Values [x3, x1] of a field in the plane x2 = 0 of a step; name C11, ... is a component of the conformation tensor."""
     try:
         fields = run.fields
     except ToolError as error:
         raise NotYet(str(error)) from None
-    return fields.plane(fields.steps[step], name, 1, 0.0)[2]
+    group = fields.steps[step]
+    if name.startswith("C"):
+        return fields.plane(group, "conformation", 1, 0.0)[2][..., fields.component(group, name[1:])]
+    return fields.plane(group, name, 1, 0.0)[2]
 
 
 def excess(run, column):
@@ -214,18 +217,17 @@ def excess(run, column):
 
 
 def conformation(run, component):
-    c = last_field(run, "conformation")[..., COMPONENTS.index(component)]
+    c = field(run, f"C{component}")
     return float(abs(c).max()), f"differs by {np.ptp(c):.1e} from place to place" if np.ptp(c) > 1e-6 else ""
 
 
 def poiseuille(run):
-    u = abs(last_field(run, "velocity")[..., 0]).max()
+    u = abs(field(run, "velocity")[..., 0]).max()
     return float(u * 8 * run.scene["fluid_viscosity"] / (abs(run.scene["pressure_gradient"][0]) * run.box[2] ** 2)), ""
 
 
 def decay(run, time):
-    component = COMPONENTS.index(run.scene["polymer_mode_plane"])
-    start, end = (abs(last_field(run, "conformation", step)[..., component]).max() for step in (0, -1))
+    start, end = (abs(field(run, f"C{run.scene['polymer_mode_plane']}", step)).max() for step in (0, -1))
     span = run.fields.times[-1] - run.fields.times[0]
     if span <= 0:
         raise NotYet("fields.h5 has one step only")
