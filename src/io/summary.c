@@ -97,7 +97,7 @@ static void WriteScene(FILE *file, DLMSimulation sim)
     Line(file, "polymer_coupling", DLMCouplings[scene->polymer_coupling]);
     Line(file, "polymer_inside", DLMInsides[scene->polymer_inside]);
     fprintf(file, "    \"polymer_mode_amplitude\": %.15g,\n", (double)scene->polymer_mode_amplitude);
-    Text(file, "polymer_mode_plane", DLMPlanes[scene->polymer_mode_plane]);
+    Line(file, "polymer_mode_plane", DLMPlanes[scene->polymer_mode_plane]);
   }
   Line(file, "pairing_type", DLMPairingTypes[scene->pairing_type]);
   Line(file, "pairing_points", DLMPointSets[scene->pairing_points]);

@@ -202,6 +202,8 @@ def check_scene(tree, mpirun, folder):
     run(*mpirun, "-n", 2, bin_folder / "dlmfd", scene, "-grid_resolution", "16", "-ts_max_steps", "2", cwd=folder)
     run(bin_folder / "dlmfd-plot-trajectories", "out", cwd=folder)
     check((folder / "out/trajectories.png").exists(), "dlmfd-plot-trajectories made no plot")
+    run(bin_folder / "dlmfd-report", "out", cwd=folder)
+    check("pair that passes" in (folder / "out/report.html").read_text(), "dlmfd-report does not find the reference")
     for command in bin_folder.glob("dlmfd-*"):
         check(f"usage: {command.name}" in run(command, "--help", cwd=folder), f"{command.name} --help does not tell how to call it")
 
