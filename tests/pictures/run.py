@@ -214,7 +214,7 @@ def check_pages():
     wanted = {
         "pair": (
             "scene modelled motion fields work health reference",
-            ("Two spheres in Newtonian fluid", "moving frame|rides with the mean", "fluid_model (is )?newtonian"),
+            ("Two spheres in Newtonian fluid", "rides with the walls", "-fluid_model newtonian"),
         ),
         "elastic": (
             "scene modelled motion fields bulk work health reference",
