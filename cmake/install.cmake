@@ -46,7 +46,7 @@ endforeach()
 # pkg-config: the prefix follows from where the file lies, so the tree may be installed or moved anywhere.
 file(RELATIVE_PATH DLM_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 set(DLM_LIBRARIES "")
-foreach(library ${FFTW_LIBRARIES} ${METIS_LIBRARIES} ${LAPACK_LIBRARIES})
+foreach(library ${FFTW_LIBRARIES} ${METIS_LIBRARIES} ${YAML_LIBRARIES} ${LAPACK_LIBRARIES})
   get_filename_component(folder ${library} DIRECTORY)
   get_filename_component(name ${library} NAME_WE)
   string(REGEX REPLACE "^lib" "-l" name ${name})

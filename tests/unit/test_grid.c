@@ -171,14 +171,14 @@ static void RanksThatCannotShareTheMeshAreRefused(void **state)
   MakeScene(PETSC_COMM_WORLD, cells, 3, &scene);
   scene.grid_processes[0] = size;
   scene.grid_processes[1] = scene.grid_processes[2] = 2;
-  snprintf(message, sizeof(message), "grid_processes: %d ranks cannot share a mesh of", size);
+  snprintf(message, sizeof(message), "-grid_processes %d,2,2 (0: chosen): %d ranks cannot share a mesh of", size, size);
   AssertRefused(&scene, message);
   if (size == 1) return;
   MakeScene(PETSC_COMM_WORLD, small, 3, &scene);
-  snprintf(message, sizeof(message), "grid_processes: %d ranks cannot share a mesh of 4 x 4 x 4 cells as 0,0,0 (0: chosen)", size);
+  snprintf(message, sizeof(message), "-grid_processes 0,0,0 (0: chosen): %d ranks cannot share a mesh of 4 x 4 x 4 cells so", size);
   AssertRefused(&scene, message);
   for (int d = 0; d < 3; d++) scene.grid_processes[d] = d == 1 ? size : 1;
-  snprintf(message, sizeof(message), "cells as 1,%d,1 (0: chosen), allowed: factors of %d", size, size);
+  snprintf(message, sizeof(message), "-grid_processes 1,%d,1 (0: chosen): %d ranks cannot share a mesh", size, size);
   AssertRefused(&scene, message);
 }
 

@@ -271,7 +271,7 @@ static void UnknownSchemesAreRefused(void **state)
   assert_int_equal(result, PETSC_ERR_USER_INPUT);
   assert_non_null(strstr(last_message, "ts_split_scheme"));
   assert_non_null(strstr(last_message, "yoshida"));
-  assert_non_null(strstr(last_message, "lie, strang"));
+  assert_non_null(strstr(last_message, "lie or strang"));
   Call(DLMSplitGetScheme(c.ts, &name, NULL));
   assert_string_equal(name, "lie");
   Call(PetscOptionsSetValue(NULL, "-ts_split_scheme", "yoshida"));
