@@ -3,7 +3,7 @@
   fractions of dt, that the scheme says. Verbs that a scene does not add are skipped.
 
     -ts_split_scheme lie     predict, saddle, advect, stretch, judge                             order 1 (thesis 3.3.56-3.3.65)
-    -ts_split_scheme strang  predict 1/2, saddle, stretch 1/2, advect, stretch 1/2, correct, judge  order 2
+    -ts_split_scheme strang  predict 1/2, saddle, stretch 1/2, advect, stretch 1/2, correct, judge  order 2, the default
 
   A verb may reject the step (DLMSplitReject): the state goes back to its start and the step is tried again with half of dt, up to
   -split_retries times; then the run's own end of it is called.

@@ -24,14 +24,16 @@ static PetscErrorCode MakeSpheres(MPI_Comm comm, const DLMSceneDraft *draft, DLM
 /* The TS reads these keys too: it has to see our defaults, not its own. */
 static PetscErrorCode ShowDefaultsToTS(void)
 {
+  const char *const shared[] = {"ts_dt", "ts_max_time", "ts_max_steps", "ts_split_scheme"};
+
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < DLMSceneKeyCount; i++) {
     const DLMSceneKey *key = &DLMSceneKeys[i];
     char               name[64];
-    PetscBool          given;
+    PetscBool          given, is_shared = PETSC_FALSE;
 
-    if (strcmp(key->name, "ts_dt") && strcmp(key->name, "ts_max_time") && strcmp(key->name, "ts_max_steps"))
-      continue;
+    for (size_t k = 0; k < PETSC_STATIC_ARRAY_LENGTH(shared); k++) is_shared = (PetscBool)(is_shared || !strcmp(key->name, shared[k]));
+    if (!is_shared) continue;
     PetscCall(PetscSNPrintf(name, sizeof(name), "-%s", key->name));
     PetscCall(PetscOptionsHasName(NULL, NULL, name, &given));
     if (given) continue;

@@ -111,7 +111,7 @@ const DLMSceneKey DLMSceneKeys[] = {
   {"Time", "ts_dt", DLM_KEY_REAL, "0.02", AT(scene.ts_dt), POSITIVE, "time", "time step"},
   {"Time", "ts_max_time", DLM_KEY_REAL, "1", AT(scene.ts_max_time), POSITIVE, "time", "end of the run"},
   {"Time", "ts_max_steps", DLM_KEY_INT, "1000000000", AT(ts_max_steps), NOT_NEGATIVE, "steps", "most steps of the run"},
-  {"Time", "ts_split_scheme", DLM_KEY_WORD, "lie", AT(ts_split_scheme), ONE_OF(SplitSchemes), "",
+  {"Time", "ts_split_scheme", DLM_KEY_WORD, "strang", AT(ts_split_scheme), ONE_OF(SplitSchemes), "",
    "splitting scheme: lie, first order (thesis); strang, second order"},
   {"Time", "ts_adapt_type", DLM_KEY_WORD, "none", AT(ts_adapt_type), ONE_OF(AdaptTypes), "",
    "none: steps of ts_dt; scene: after a first step of ts_dt, steps that suit errors, gaps and Courant number"},

@@ -16,9 +16,9 @@ typedef struct {
   Entry       entry[MOST_SUBSTEPS]; /* ends at verb NULL */
 } Scheme;
 
-static const Scheme schemes[] = {
-  { "lie", 1, { { "predict", 1.0 }, { "saddle", 1.0 }, { "advect", 1.0 }, { "stretch", 1.0 }, { "judge", 1.0 } } },
+static const Scheme schemes[] = { /* the first one is the default */
   { "strang", 2, { { "predict", 0.5 }, { "saddle", 1.0 }, { "stretch", 0.5 }, { "advect", 1.0 }, { "stretch", 0.5 }, { "correct", 1.0 }, { "judge", 1.0 } } },
+  { "lie", 1, { { "predict", 1.0 }, { "saddle", 1.0 }, { "advect", 1.0 }, { "stretch", 1.0 }, { "judge", 1.0 } } },
 };
 
 typedef struct {
