@@ -9,3 +9,7 @@ foreach(group rotation small_wi ranks symmetry health)
   set_tests_properties(viscoelastic.${group} PROPERTIES LABELS scenes TIMEOUT 900)
 endforeach()
 set_tests_properties(viscoelastic.ranks PROPERTIES PROCESSORS 4)
+
+# The measurement of error against cost, on the smallest case (tests/scenes/tradeoff.py).
+add_test(NAME scenes.tradeoff COMMAND ${DLM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenes/tradeoff.py $<TARGET_FILE:dlmfd>)
+set_tests_properties(scenes.tradeoff PROPERTIES LABELS scenes TIMEOUT 300)
