@@ -15,6 +15,7 @@ typedef enum { DLM_FLUID_NEWTONIAN, DLM_FLUID_OLDROYD_B, DLM_FLUID_UCM, DLM_FLUI
 typedef enum { DLM_FORM_FACTOR, DLM_FORM_LOG } DLMPolymerForm;
 typedef enum { DLM_COUPLING_EXPLICIT, DLM_COUPLING_BOTH_SIDES } DLMCoupling;
 typedef enum { DLM_INSIDE_IDENTITY, DLM_INSIDE_EVOLVE, DLM_INSIDE_EXTEND } DLMInside;
+typedef enum { DLM_ACCURACY_NONE, DLM_ACCURACY_DRAFT, DLM_ACCURACY_STANDARD, DLM_ACCURACY_FINE, DLM_ACCURACY_REFERENCE } DLMAccuracy;
 typedef enum { DLM_PLANE_12, DLM_PLANE_13, DLM_PLANE_23 } DLMPlane;
 typedef enum { DLM_LUBRICATION_FALSE, DLM_LUBRICATION_TRUE, DLM_LUBRICATION_AUTO } DLMLubricationChoice;
 
@@ -27,6 +28,7 @@ extern const char *const DLMCouplings[];
 extern const char *const DLMInsides[];
 extern const char *const DLMLubrications[];
 extern const char *const DLMPlanes[];
+extern const char *const DLMAccuracies[];
 
 /* One rigid sphere as the scene starts it. */
 typedef struct {
@@ -41,10 +43,23 @@ typedef struct {
   PetscInt  line;   /* of -spheres_file, for messages; 0: none */
 } DLMSphereSpec;
 
+/* One key that -accuracy sets: as a user would write it. */
+typedef struct {
+  const char *key;
+  char        value[32];
+  PetscBool   applied; /* false: the user gave the key, and that wins */
+} DLMPresetKey;
+
+enum { DLM_PRESET_KEYS = 8 };
+
 #define DLM_AUTO (-1.0) /* value of a key left at "auto": the program chooses */
 
 typedef struct {
   MPI_Comm comm;
+
+  DLMAccuracy  accuracy;              /* the preset, or none */
+  PetscInt     n_preset_keys;         /* what it set in this scene */
+  DLMPresetKey preset_key[DLM_PRESET_KEYS];
 
   PetscReal box_size[3];
   PetscBool box_periodic[3];
@@ -118,6 +133,13 @@ PETSC_EXTERN PetscErrorCode DLMSceneCreate(MPI_Comm comm, DLMScene **scene);
 PETSC_EXTERN PetscErrorCode DLMSceneDestroy(DLMScene **scene);
 /* Prints the scene as understood. Collective. */
 PETSC_EXTERN PetscErrorCode DLMSceneView(const DLMScene *scene, PetscViewer viewer);
+/*
+  DLMScenePresetMesh - mesh and time step that -accuracy gives this scene where no key says otherwise: cells per unit length (rounded up until every box length is
+  an even number of cells; 0 without spheres) and dt (0 if nothing drives the scene). Not collective; a user error if no mesh fits the box.
+*/
+PETSC_EXTERN PetscErrorCode DLMScenePresetMesh(const DLMScene *scene, DLMAccuracy accuracy, PetscReal *resolution, PetscReal *dt);
+/* Prints the presets for this scene: mesh, time step, and the error measured in the scene most like it, with the range in which that was measured. Collective. */
+PETSC_EXTERN PetscErrorCode DLMScenePresetView(const DLMScene *scene, PetscViewer viewer);
 /* Refuses keys of the options database that nothing has read. Call once every object is set up. Collective. */
 PETSC_EXTERN PetscErrorCode DLMSceneCheckUnused(MPI_Comm comm);
 /* Writes the table of keys as Markdown (docs/options.md) to file. Rank 0 only. */

@@ -70,6 +70,15 @@ static void WriteSpheres(FILE *file, const DLMScene *scene)
   fputs("\n    ]\n", file);
 }
 
+/* What -accuracy set, and which of its keys were given by hand. */
+static void WriteAccuracy(FILE *file, const DLMScene *scene)
+{
+  fprintf(file, "    \"accuracy\": {\"preset\": \"%s\"", DLMAccuracies[scene->accuracy]);
+  for (PetscInt i = 0; i < scene->n_preset_keys; i++)
+    fprintf(file, ", \"%s\": \"%s\"", scene->preset_key[i].key, scene->preset_key[i].applied ? scene->preset_key[i].value : "as given");
+  fputs("},\n", file);
+}
+
 static void WriteScene(FILE *file, DLMSimulation sim)
 {
   static const char *const walls[3][2] = { { "wall_velocity_x1_lower", "wall_velocity_x1_upper" },
@@ -79,6 +88,7 @@ static void WriteScene(FILE *file, DLMSimulation sim)
 
   fputs("  \"scene\": {\n", file);
   Line(file, "source", scene->source);
+  WriteAccuracy(file, scene);
   Vector(file, "box_size", scene->box_size);
   fprintf(file, "    \"box_periodic\": [%s, %s, %s],\n", scene->box_periodic[0] ? "true" : "false", scene->box_periodic[1] ? "true" : "false",
           scene->box_periodic[2] ? "true" : "false");

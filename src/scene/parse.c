@@ -199,24 +199,29 @@ static PetscErrorCode ReadKey(MPI_Comm comm, const DLMSceneKey *key, const char 
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode DLMSceneReadKeys(MPI_Comm comm, DLMSceneDraft *draft)
+PetscErrorCode DLMSceneReadKey(MPI_Comm comm, const DLMSceneKey *key, DLMSceneDraft *draft)
 {
-  char name[64], allowed[128];
+  char        name[64], allowed[128];
+  const char *text;
+  PetscBool   given;
 
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < DLMSceneKeyCount; i++) {
-    const DLMSceneKey *key = &DLMSceneKeys[i];
-    const char        *text;
-    PetscBool          given;
+  PetscCall(PetscSNPrintf(name, sizeof(name), "-%s", key->name));
+  PetscCall(PetscOptionsFindPair(NULL, NULL, name, &text, &given));
+  if (!given) PetscFunctionReturn(0);
+  if (key->type == DLM_KEY_BOOL && (!text || !text[0])) text = "true"; /* a bare flag */
+  DLMKeyAllowed(key, allowed, sizeof(allowed));
+  DLMUserCheck(text && text[0], comm, "-%s has no value; allowed: %s", key->name, allowed);
+  PetscCall(ReadKey(comm, key, text, draft));
+  PetscFunctionReturn(0);
+}
 
-    PetscCall(ReadKey(comm, key, key->preset, draft));
-    PetscCall(PetscSNPrintf(name, sizeof(name), "-%s", key->name));
-    PetscCall(PetscOptionsFindPair(NULL, NULL, name, &text, &given));
-    if (!given) continue;
-    if (key->type == DLM_KEY_BOOL && (!text || !text[0])) text = "true"; /* a bare flag */
-    DLMKeyAllowed(key, allowed, sizeof(allowed));
-    DLMUserCheck(text && text[0], comm, "-%s has no value; allowed: %s", key->name, allowed);
-    PetscCall(ReadKey(comm, key, text, draft));
+PetscErrorCode DLMSceneReadKeys(MPI_Comm comm, DLMSceneDraft *draft)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < DLMSceneKeyCount; i++) {
+    PetscCall(ReadKey(comm, &DLMSceneKeys[i], DLMSceneKeys[i].preset, draft));
+    PetscCall(DLMSceneReadKey(comm, &DLMSceneKeys[i], draft));
   }
   PetscFunctionReturn(0);
 }

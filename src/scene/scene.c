@@ -2,8 +2,10 @@
 #include "sceneimpl.h"
 #include <petscviewer.h>
 
-static PetscErrorCode MakeSpheres(MPI_Comm comm, const DLMSceneDraft *draft, DLMScene *scene)
+static PetscErrorCode MakeSpheres(MPI_Comm comm, DLMSceneDraft *draft)
 {
+  DLMScene *scene = &draft->scene;
+
   PetscFunctionBeginUser;
   DLMUserCheck(!scene->spheres_file[0] || !draft->n_centers, comm,
                "-spheres_file %s and -sphere_centers are both given; allowed: one of them",
@@ -54,12 +56,13 @@ PetscErrorCode DLMSceneCreate(MPI_Comm comm, DLMScene **scene)
   PetscCall(DLMSceneRefuseUnknown(comm));
   PetscCall(PetscNew(&draft));
   PetscCall(DLMSceneReadKeys(comm, draft));
+  draft->scene.comm = comm;
+  PetscCall(MakeSpheres(comm, draft));
+  PetscCall(DLMSceneApplyPreset(draft));
   PetscCall(PetscNew(scene));
   **scene = draft->scene;
-  (*scene)->comm = comm;
   PetscCall(PetscStrncpy((*scene)->source, DLMOptionsSource(), PETSC_MAX_PATH_LEN));
   PetscCall(DLMSceneSetGrid(*scene));
-  PetscCall(MakeSpheres(comm, draft, *scene));
   PetscCall(DLMSceneCheck(*scene));
   PetscCall(ShowDefaultsToTS());
   PetscCall(PetscFree(draft->centers));
@@ -155,6 +158,19 @@ static PetscErrorCode ViewSpheres(const DLMScene *scene, PetscViewer viewer)
   PetscFunctionReturn(0);
 }
 
+static PetscErrorCode ViewAccuracy(const DLMScene *scene, PetscViewer viewer)
+{
+  PetscFunctionBeginUser;
+  if (scene->accuracy == DLM_ACCURACY_NONE) PetscFunctionReturn(0);
+  PetscCall(PetscViewerASCIIPrintf(viewer, "accuracy  %s:", DLMAccuracies[scene->accuracy]));
+  for (PetscInt i = 0; i < scene->n_preset_keys; i++) {
+    const DLMPresetKey *key = &scene->preset_key[i];
+    PetscCall(PetscViewerASCIIPrintf(viewer, "%s %s %s", i ? "," : "", key->key, key->applied ? key->value : "as given"));
+  }
+  PetscCall(PetscViewerASCIIPrintf(viewer, "\n"));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode DLMSceneView(const DLMScene *scene, PetscViewer viewer)
 {
   PetscBool ascii;
@@ -164,6 +180,7 @@ PetscErrorCode DLMSceneView(const DLMScene *scene, PetscViewer viewer)
   if (!ascii) PetscFunctionReturn(0);
   PetscCall(PetscViewerASCIIPrintf(viewer, "scene     %s\n",
                                    scene->source[0] ? scene->source : "from the command line"));
+  PetscCall(ViewAccuracy(scene, viewer));
   PetscCall(ViewBox(scene, viewer));
   PetscCall(ViewFluid(scene, viewer));
   PetscCall(ViewSpheres(scene, viewer));

@@ -49,6 +49,11 @@ PETSC_INTERN PetscBool      DLMParseReal(const char text[], size_t length, Petsc
 PETSC_INTERN PetscInt       DLMWordCount(const char *const words[]);
 PETSC_INTERN PetscInt       DLMParseWord(const char text[], size_t length, const char *const words[]);
 PETSC_INTERN PetscErrorCode DLMSceneReadKeys(MPI_Comm comm, DLMSceneDraft *draft);
+/* one key of the options database, if it is there */
+PETSC_INTERN PetscErrorCode DLMSceneReadKey(MPI_Comm comm, const DLMSceneKey *key, DLMSceneDraft *draft);
+
+/* presets.c: puts what -accuracy says into the options database where the user gave no such key, and reads it */
+PETSC_INTERN PetscErrorCode DLMSceneApplyPreset(DLMSceneDraft *draft);
 
 /* unknown.c */
 PETSC_INTERN PetscErrorCode DLMSceneRefuseUnknown(MPI_Comm comm);

@@ -13,6 +13,7 @@ const char *const DLMCouplings[]    = {"explicit", "both_sides", "DLMCoupling", 
 const char *const DLMInsides[]      = {"identity", "evolve", "extend", "DLMInside", "DLM_INSIDE_", NULL};
 const char *const DLMLubrications[] = {"false", "true", "auto", "DLMLubricationChoice", "DLM_LUBRICATION_", NULL};
 const char *const DLMPlanes[]       = {"12", "13", "23", "DLMPlane", "DLM_PLANE_", NULL};
+const char *const DLMAccuracies[]   = {"none", "draft", "standard", "fine", "reference", "DLMAccuracy", "DLM_ACCURACY_", NULL};
 static const char *const SplitSchemes[] = {"lie", "strang", "DLMSplitScheme", "DLM_SPLIT_", NULL};
 static const char *const AdaptTypes[] = {"none", "scene", "DLMAdaptType", "DLM_ADAPT_", NULL};
 
@@ -25,6 +26,9 @@ static const char *const AdaptTypes[] = {"none", "scene", "DLMAdaptType", "DLM_A
 #define ONE_OF(list) 0, 0, list
 
 const DLMSceneKey DLMSceneKeys[] = {
+  {"Accuracy", "accuracy", DLM_KEY_WORD, "none", AT(scene.accuracy), ONE_OF(DLMAccuracies), "",
+   "sets mesh, time step, scheme, tolerance, pairing and polymer form by measured errors (docs/tradeoff.md); any of these keys, where given, wins"},
+
   {"Box and mesh", "box_size", DLM_KEY_REAL3, "1,1,1", AT(scene.box_size), POSITIVE, "length",
    "lengths of the box, which is centred at the origin"},
   {"Box and mesh", "box_periodic", DLM_KEY_BOOL3, "1,1,0", AT(scene.box_periodic), ANY, "", "periodic axes; the others have walls"},

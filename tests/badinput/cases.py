@@ -120,6 +120,12 @@ CASES = [
     ("-spheres_file s.csv", {"s.csv": HEAP + "0.12,0.1,0.1\n"}, r"sphere 42 \(s\.csv, line 44\) at 0\.125,0\.125,0\.125 and sphere 64 \(s\.csv, line 66\) at 0\.12,0\.1,0\.1 overlap"),
     ("-spheres_file s.csv", {"s.csv": "# c\n\nx1,x2,x3\n# c\n0,0,0.45\n"}, r"sphere 0 \(s\.csv, line 5\) at 0,0,0\.45 of radius 0\.1 overlaps the upper wall of x3"),
     (SPHERE + " -spheres_file s.csv", {"s.csv": HEAP}, r"-spheres_file s\.csv and -sphere_centers are both given; allowed: one"),
+    # presets
+    ("-accuracy rough", {}, r"-accuracy rough: 'rough' is not known; allowed: none, draft, standard, fine or reference"),
+    (f"-accuracy fine {SPHERE}", {}, r"-accuracy fine finds no time step, since nothing drives this scene; allowed: -ts_dt with it"),
+    (f"-accuracy fine {SPHERE} -gravity 1,0,0", {}, r"-accuracy fine finds no time step"),
+    (f"-accuracy fine -box_size 1,1,1.012345 -wall_velocity_upper 1,0,0 {SPHERE}", {}, r"-accuracy fine: no mesh of 48 to 96 cells per unit length .* even number of cells on every axis; allowed: .* or -grid_resolution"),
+    (f"-accuracy fine -grid_resolution 25 -wall_velocity_upper 1,0,0 {SPHERE}", {}, r"-grid_resolution 25 gives 25 cells, odd"),
     # the spheres' file
     ("-spheres_file s.csv", {}, r"-spheres_file s\.csv: No such file or directory; allowed: a CSV file"),
     ("-spheres_file s.csv", {}, r"-spheres_file s\.csv: No such file or directory", 2),

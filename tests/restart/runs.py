@@ -14,19 +14,21 @@ BOX = ("-box_size 1.5,1,1 -grid_resolution 16 -sphere_radius 0.15 -saddle_rtol 1
 THREE = BOX + "-sphere_centers 0.6,0.02,0.2,0.25,-0.02,0.15,-0.3,0,-0.2 -ts_dt 0.1"  # the first two are near each other, the first one crosses a face
 POLYMER = " -fluid_model oldroyd_b -ts_dt 0.05"
 SCENES = {
-    "newtonian lie": THREE,
-    "newtonian strang": THREE + " -ts_split_scheme strang",
-    "twins": BOX + "-sphere_centers -0.1,0,0.2,-0.6,0.01,-0.25,0.32,0.01,0.05 -ts_dt 0.1 -ts_split_scheme strang",  # the second has the first one's factors, which joins the third
-    "no inertia": THREE + " -ts_split_scheme strang -sphere_inertia 0",
-    "points without harmonics": THREE + " -pairing_degree 0 -ts_split_scheme strang",
-    "volume points": THREE + " -pairing_points volume -saddle_rtol 1e-8 -ts_split_scheme strang",
+    "newtonian lie": THREE + " -ts_split_scheme lie",
+    "newtonian strang": THREE,
+    "twins": BOX + "-sphere_centers -0.1,0,0.2,-0.6,0.01,-0.25,0.32,0.01,0.05 -ts_dt 0.1",  # the second has the first one's factors, which joins the third
+    "no inertia": THREE + " -sphere_inertia 0",
+    "points without harmonics": THREE + " -pairing_degree 0",
+    "volume points": THREE + " -pairing_points volume -saddle_rtol 1e-8",
     "thesis's solver": THREE + " -saddle_split velocity -saddle_rtol 1e-6",
-    "factor lie": THREE + POLYMER,
-    "factor strang": THREE + POLYMER + " -ts_split_scheme strang",
-    "log lie": THREE + POLYMER + " -polymer_form log",
-    "log strang": THREE + POLYMER + " -polymer_form log -ts_split_scheme strang",
-    "explicit, extend": THREE + POLYMER + " -polymer_coupling explicit -polymer_inside extend -ts_dt 0.02 -ts_split_scheme strang",
-    "fluid alone": BOX + POLYMER + " -ts_split_scheme strang -polymer_mode_amplitude 0.1 -output_fields_every 3",
+    "factor lie": THREE + POLYMER + " -ts_split_scheme lie",
+    "factor strang": THREE + POLYMER,
+    "log lie": THREE + POLYMER + " -polymer_form log -ts_split_scheme lie",
+    "log strang": THREE + POLYMER + " -polymer_form log",
+    "explicit, extend": THREE + POLYMER + " -polymer_coupling explicit -polymer_inside extend -ts_dt 0.02",
+    "adapted steps": THREE + " -ts_adapt_type scene -ts_dt 0.02",
+    "log, adapted steps": THREE + POLYMER + " -polymer_form log -ts_adapt_type scene",
+    "fluid alone": BOX + POLYMER + " -polymer_mode_amplitude 0.1 -output_fields_every 3",
 }
 PROGRAM, MPIRUN, FOLDER, FAILED = "", [], "", 0  # set by main
 

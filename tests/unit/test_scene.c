@@ -169,6 +169,59 @@ static void KeysOfTheRun(void **state)
   OK(DLMSceneDestroy(&s));
 }
 
+static void AssertOption(const char *name, const char *text)
+{
+  char      value[64];
+  PetscBool given;
+
+  OK(PetscOptionsGetString(NULL, NULL, name, value, sizeof(value), &given));
+  assert_true(given);
+  assert_string_equal(value, text);
+}
+
+/* Mesh and step follow the radius, the box and what drives the scene; TS and its scheme see them; a key that is given wins. */
+static void PresetsFollowTheSceneAndGivenKeysWin(void **state)
+{
+  const char *sheared = "-box_size 3,2,1 -wall_velocity_lower -1,0,0 -wall_velocity_upper 1,0,0 -sphere_centers 0,0,0";
+  char        line[512];
+  DLMScene   *s;
+  PetscReal   resolution, dt, last_resolution = 0, last_dt = PETSC_INFINITY;
+
+  for (DLMAccuracy k = DLM_ACCURACY_DRAFT; k <= DLM_ACCURACY_REFERENCE; k++) {
+    snprintf(line, sizeof(line), "%s -accuracy %s", sheared, DLMAccuracies[k]);
+    s = Make(line);
+    OK(DLMScenePresetMesh(s, k, &resolution, &dt));
+    assert_true(s->accuracy == k && s->grid_resolution == resolution && s->ts_dt == dt);
+    assert_true(resolution > last_resolution && dt < last_dt && s->saddle_rtol <= 1e-3);
+    for (int i = 0; i < s->n_preset_keys; i++) assert_true(s->preset_key[i].applied);
+    AssertOption("-ts_split_scheme", "strang");
+    snprintf(line, sizeof(line), "%.6g", (double)dt);
+    AssertOption("-ts_dt", line);
+    last_resolution = resolution;
+    last_dt         = dt;
+    OK(DLMSceneDestroy(&s));
+  }
+  /* the smallest sphere decides; 5 cells per axis unit and 7.5 along x1 would be odd or broken: up to the next fit */
+  WriteFile("two.csv", "x1,x2,x3,radius\n-1,0,0,0.5\n1,0,0,0.4\n");
+  s = Make("-box_size 4.5,3,3 -spheres_file @two.csv -gravity 0,0,-18 -sphere_density 2 -fluid_viscosity 2 -accuracy draft");
+  assert_true(s->grid_resolution * 1.5 / 2 == round(s->grid_resolution * 1.5 / 2) && s->grid_resolution >= 2.4 / 0.4 && s->grid_resolution <= 2.4 / 0.4 + 4.0 / 3);
+  assert_true(fabs(s->ts_dt * (2. / 9 * 18 * 0.5 / 2) - 0.2) < 1e-12); /* radius over Stokes velocity of the larger, faster one */
+  OK(DLMSceneDestroy(&s));
+  snprintf(line, sizeof(line), "%s -accuracy draft -fluid_model oldroyd_b -fluid_relaxation_time 0.05", sheared);
+  s = Make(line);
+  assert_true(fabs(s->ts_dt - 0.2 * 0.1) < 1e-15 && s->n_preset_keys == 7); /* twice the relaxation time is shorter than 1/2 */
+  OK(DLMSceneDestroy(&s));
+  snprintf(line, sizeof(line), "%s -accuracy fine -grid_resolution 16 -ts_dt 0.5 -ts_split_scheme lie -saddle_rtol 0.01 -pairing_type collocation -pairing_points volume", sheared);
+  s = Make(line);
+  assert_true(s->grid_resolution == 16 && s->ts_dt == 0.5 && s->saddle_rtol == 0.01 && s->pairing_type == DLM_PAIRING_COLLOCATION && s->pairing_points == DLM_POINTS_VOLUME);
+  AssertOption("-ts_split_scheme", "lie");
+  for (int i = 0; i < s->n_preset_keys; i++) assert_false(s->preset_key[i].applied);
+  OK(DLMSceneDestroy(&s));
+  s = Make("-ts_dt 0.5 -accuracy fine"); /* without spheres there is no radius */
+  assert_true(s->grid_resolution == 24 && s->ts_dt == 0.5);
+  OK(DLMSceneDestroy(&s));
+}
+
 static void YamlEqualsPlainEqualsCommandLine(void **state)
 {
   static const char *const lines[] = {"@same.yaml", "@same.opts", "@other.yaml",
@@ -390,13 +443,13 @@ static int MakeFolder(void **state)
 static int RemoveFolder(void **state)
 {
   static const char *const names[] = {"same.yaml", "same.opts", "a.yaml",        "b.opts",    "full.csv",
-                                      "bare.csv",  "many.csv",  "with_csv.yaml", "random.csv"};
+                                      "bare.csv",  "many.csv",  "with_csv.yaml", "random.csv", "two.csv"};
   PetscMPIInt              rank;
   char                     path[PETSC_MAX_PATH_LEN];
 
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   MPI_Barrier(PETSC_COMM_WORLD);
-  for (int i = 0; !rank && i < 9; i++) {
+  for (int i = 0; !rank && i < 10; i++) {
     PathOf(names[i], path);
     remove(path);
   }
@@ -410,6 +463,7 @@ int main(int argc, char **argv)
       cmocka_unit_test(KeysOfBoxAndFluid),
       cmocka_unit_test(KeysOfSpheres),
       cmocka_unit_test(KeysOfTheRun),
+      cmocka_unit_test(PresetsFollowTheSceneAndGivenKeysWin),
       cmocka_unit_test(YamlEqualsPlainEqualsCommandLine),
       cmocka_unit_test(LaterFilesWinAndTheCommandLineWinsOverAll),
       cmocka_unit_test(CsvFillsAbsentColumnsFromOptions),

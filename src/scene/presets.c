@@ -1,0 +1,208 @@
+/*
+  -accuracy: presets from the fronts of error against cost that tools/tradeoff measures (docs/tradeoff.md).
+
+  A preset is a row: radius over mesh width, time step in units of the scene's own time, and words for other keys. It speaks only where the user does not. The errors stand beside
+  it, per cent, as docs/tradeoff/ has them, for scenes in which the answer is known.
+*/
+#include "sceneimpl.h"
+#include <petscviewer.h>
+#include <math.h>
+
+typedef enum { KIND_SETTLING, KIND_ROTATION, KIND_ROTATION_POLYMER, KIND_PAIR, KIND_PAIR_POLYMER, N_KINDS } Kind;
+
+typedef struct {
+  PetscReal   cells_per_radius, dt; /* dt: in units of SceneTime */
+  const char *scheme, *rtol, *pairing_type, *pairing_points, *form;
+  PetscReal   error[N_KINDS]; /* per cent; 0: not measured */
+} Preset;
+
+/* in the order of DLMAccuracies */
+static const Preset presets[] = {
+  [DLM_ACCURACY_DRAFT]     = {2.4, 0.2, "strang", "1e-3", "immersed", "surface", "factor", {0, 0, 0, 0, 0}},
+  [DLM_ACCURACY_STANDARD]  = {3.2, 0.1, "strang", "1e-4", "immersed", "surface", "factor", {0, 0, 0, 0, 0}},
+  [DLM_ACCURACY_FINE]      = {4.8, 0.05, "strang", "1e-5", "immersed", "surface", "factor", {0, 0, 0, 0, 0}},
+  [DLM_ACCURACY_REFERENCE] = {6.4, 0.02, "strang", "1e-6", "immersed", "surface", "factor", {0, 0, 0, 0, 0}},
+};
+
+/* What an error was measured in, and of what. */
+static const struct {
+  const char *scene, *error;
+} kinds[N_KINDS] = {
+  [KIND_SETTLING]         = {"a sphere that settles, a = 0.1, box 2x2x2", "speed and distance after falling one radius from rest"},
+  [KIND_ROTATION]         = {"a sphere in Newtonian shear, K = 0.3", "rate of rotation"},
+  [KIND_ROTATION_POLYMER] = {"a sphere in Oldroyd-B shear, K = 0.2, Wi = 0.5 and 1", "rate of rotation, the worse of the two"},
+  [KIND_PAIR]             = {"a Newtonian pair that passes at a gap of 0.28 a", "path, in per cent of the radius"},
+  [KIND_PAIR_POLYMER]     = {"an Oldroyd-B pair that passes, Wi = 0.5", "path, in per cent of the radius"},
+};
+
+static PetscReal Length(const PetscReal x[3])
+{
+  return PetscSqrtReal(PetscSqr(x[0]) + PetscSqr(x[1]) + PetscSqr(x[2]));
+}
+
+/* The fastest rate at which the walls, the mean pressure gradient and what acts on a sphere deform the fluid or carry a sphere past its own radius. */
+static PetscReal DrivingRate(const DLMScene *scene)
+{
+  const PetscReal mu = scene->fluid_viscosity;
+  PetscReal       flow = 0.0, spheres = 0.0;
+
+  for (int d = 0; d < 3; d++) {
+    PetscReal slide[3];
+    for (int c = 0; c < 3; c++) slide[c] = scene->wall_velocity[d][1][c] - scene->wall_velocity[d][0][c];
+    flow = PetscMax(flow, Length(slide) / scene->box_size[d]);
+    if (!scene->box_periodic[d]) flow = PetscMax(flow, Length(scene->pressure_gradient) * scene->box_size[d] / (2.0 * mu));
+  }
+  for (PetscInt i = 0; i < scene->n_spheres; i++) {
+    const DLMSphereSpec *s = &scene->spheres[i];
+    const PetscReal      a = s->radius, volume = 4.0 / 3.0 * PETSC_PI * a * a * a;
+    const PetscReal      push = Length(s->force) + PetscAbsReal(s->density - scene->fluid_density) * volume * Length(scene->gravity);
+    PetscReal            rate = Length(s->torque) / (8.0 * PETSC_PI * mu * a * a * a);
+    if (s->motion == DLM_MOTION_FREE) rate = PetscMax(rate, push / (6.0 * PETSC_PI * mu * a * a));
+    if (s->motion == DLM_MOTION_FIXED) rate = PetscMax(Length(s->velocity) / a, Length(s->omega));
+    spheres = PetscMax(spheres, rate);
+  }
+  return PetscMax(flow, spheres);
+}
+
+/* The scene's own time: one over that rate, or twice the relaxation time where that is shorter; 0 if nothing drives the scene. */
+static PetscReal SceneTime(const DLMScene *scene)
+{
+  const PetscReal rate = DrivingRate(scene), memory = scene->fluid_model == DLM_FLUID_NEWTONIAN ? PETSC_INFINITY : 2.0 * scene->relaxation_time;
+
+  if (rate == 0.0) return memory == PETSC_INFINITY ? 0.0 : memory;
+  return PetscMin(1.0 / rate, memory);
+}
+
+static PetscBool EvenOnEveryAxis(const DLMScene *scene, PetscReal resolution)
+{
+  for (int d = 0; d < 3; d++) {
+    const PetscReal cells = scene->box_size[d] * resolution;
+    if (cells < 3.5 || PetscAbsReal(cells - 2.0 * round(0.5 * cells)) > 1e-9 * cells) return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
+}
+
+/* The smallest resolution from least to twice that which fits the box, or 0. */
+static PetscReal FittingResolution(const DLMScene *scene, PetscReal least)
+{
+  const PetscReal *size     = scene->box_size;
+  const PetscReal  shortest = PetscMin(size[0], PetscMin(size[1], size[2])), from = 0.5 * shortest * least * (1.0 - 1e-9);
+
+  for (PetscReal half = PetscMax(2.0, PetscCeilReal(from)); half <= PetscMax(2.0, 2.0 * from); half += 1.0)
+    if (EvenOnEveryAxis(scene, 2.0 * half / shortest)) return 2.0 * half / shortest;
+  return 0.0;
+}
+
+PetscErrorCode DLMScenePresetMesh(const DLMScene *scene, DLMAccuracy accuracy, PetscReal *resolution, PetscReal *dt)
+{
+  const Preset *preset = &presets[accuracy];
+  PetscReal     a      = PETSC_INFINITY;
+
+  PetscFunctionBeginUser;
+  PetscCheck(accuracy > DLM_ACCURACY_NONE && accuracy <= DLM_ACCURACY_REFERENCE, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "No preset");
+  for (PetscInt i = 0; i < scene->n_spheres; i++) a = PetscMin(a, scene->spheres[i].radius);
+  *resolution = 0.0;
+  *dt         = preset->dt * SceneTime(scene);
+  if (!scene->n_spheres) PetscFunctionReturn(0);
+  *resolution = FittingResolution(scene, preset->cells_per_radius / a);
+  DLMUserCheck(*resolution > 0.0, scene->comm,
+               "-accuracy %s: no mesh of %.6g to %.6g cells per unit length makes the box %.10g x %.10g x %.10g an even number of cells on every axis; allowed: a box whose lengths have a common "
+               "measure, or -grid_resolution",
+               DLMAccuracies[accuracy], (double)(preset->cells_per_radius / a), (double)(2.0 * preset->cells_per_radius / a), (double)scene->box_size[0], (double)scene->box_size[1],
+               (double)scene->box_size[2]);
+  PetscFunctionReturn(0);
+}
+
+/* Sets one key to a text unless the user gave it, and remembers which. */
+static PetscErrorCode SetKey(DLMSceneDraft *draft, const char key[], const char value[])
+{
+  DLMScene     *scene = &draft->scene;
+  DLMPresetKey *entry = &scene->preset_key[scene->n_preset_keys++];
+  char          name[64];
+  PetscBool     given;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscSNPrintf(name, sizeof(name), "-%s", key));
+  PetscCall(PetscOptionsHasName(NULL, NULL, name, &given));
+  PetscCall(PetscStrncpy(entry->value, value, sizeof(entry->value)));
+  entry->key     = key;
+  entry->applied = (PetscBool)!given;
+  if (given) PetscFunctionReturn(0);
+  PetscCall(PetscOptionsSetValue(NULL, name, value));
+  for (PetscInt i = 0; i < DLMSceneKeyCount; i++)
+    if (!strcmp(DLMSceneKeys[i].name, key)) PetscCall(DLMSceneReadKey(scene->comm, &DLMSceneKeys[i], draft));
+  PetscFunctionReturn(0);
+}
+
+/* The shortest text that reads back as the number. */
+static void NumberText(PetscReal x, char text[32])
+{
+  for (int digits = 6; digits <= 17; digits++) {
+    snprintf(text, 32, "%.*g", digits, (double)x);
+    if (strtod(text, NULL) == x) return;
+  }
+}
+
+PetscErrorCode DLMSceneApplyPreset(DLMSceneDraft *draft)
+{
+  const DLMScene *scene  = &draft->scene;
+  const Preset   *preset = &presets[scene->accuracy];
+  PetscReal       resolution = 0.0, dt;
+  PetscBool       mesh_given, dt_given;
+  char            text[32];
+
+  PetscFunctionBeginUser;
+  if (scene->accuracy == DLM_ACCURACY_NONE) PetscFunctionReturn(0);
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-grid_resolution", &mesh_given));
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-ts_dt", &dt_given));
+  dt = preset->dt * SceneTime(scene);
+  if (!mesh_given) PetscCall(DLMScenePresetMesh(scene, scene->accuracy, &resolution, &dt));
+  DLMUserCheck(dt_given || dt > 0.0, scene->comm, "-accuracy %s finds no time step, since nothing drives this scene; allowed: -ts_dt with it", DLMAccuracies[scene->accuracy]);
+  if (scene->n_spheres) {
+    NumberText(resolution, text);
+    PetscCall(SetKey(draft, "grid_resolution", text));
+  }
+  NumberText(dt, text);
+  PetscCall(SetKey(draft, "ts_dt", text));
+  PetscCall(SetKey(draft, "ts_split_scheme", preset->scheme));
+  if (scene->n_spheres) {
+    PetscCall(SetKey(draft, "saddle_rtol", preset->rtol));
+    PetscCall(SetKey(draft, "pairing_type", preset->pairing_type));
+    PetscCall(SetKey(draft, "pairing_points", preset->pairing_points));
+  }
+  if (scene->fluid_model != DLM_FLUID_NEWTONIAN) PetscCall(SetKey(draft, "polymer_form", preset->form));
+  PetscFunctionReturn(0);
+}
+
+/* The measured scene most like this one. */
+static Kind KindOf(const DLMScene *scene)
+{
+  const PetscBool polymer = (PetscBool)(scene->fluid_model != DLM_FLUID_NEWTONIAN);
+
+  if (scene->n_spheres > 1) return polymer ? KIND_PAIR_POLYMER : KIND_PAIR;
+  if (polymer) return KIND_ROTATION_POLYMER;
+  for (int d = 0; d < 3; d++)
+    if (scene->gravity[d] != 0.0 || scene->spheres[0].force[d] != 0.0) return KIND_SETTLING;
+  return KIND_ROTATION;
+}
+
+PetscErrorCode DLMScenePresetView(const DLMScene *scene, PetscViewer viewer)
+{
+  const Kind kind = scene->n_spheres ? KindOf(scene) : N_KINDS;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscViewerASCIIPrintf(viewer, "-accuracy  cells per unit length    a/h        dt  -saddle_rtol  expected error\n"));
+  for (DLMAccuracy k = DLM_ACCURACY_DRAFT; k <= DLM_ACCURACY_REFERENCE; k++) {
+    PetscReal resolution, dt;
+    char      error[32] = "not measured";
+
+    PetscCall(DLMScenePresetMesh(scene, k, &resolution, &dt));
+    if (kind < N_KINDS && presets[k].error[kind] > 0.0) PetscCall(PetscSNPrintf(error, sizeof(error), "%.2g %%", (double)presets[k].error[kind]));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "%-9s  %21.6g  %5.2g  %8.3g  %12s  %s%s\n", DLMAccuracies[k], (double)resolution, (double)presets[k].cells_per_radius, (double)dt, presets[k].rtol,
+                                     error, k == scene->accuracy ? "  (this run)" : ""));
+  }
+  if (kind < N_KINDS)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "Errors measured in %s: %s. Valid for gaps between surfaces above h, Wi up to 1, and scenes like that one; closer pairs, higher Wi and longer runs err more.\n",
+                                     kinds[kind].scene, kinds[kind].error));
+  PetscFunctionReturn(0);
+}
