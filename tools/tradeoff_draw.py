@@ -1,8 +1,12 @@
 """The figure and the printed table of tools/tradeoff."""
+import math
+import statistics
+
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib.ticker import FuncFormatter, LogLocator  # noqa: E402
 
 FLOOR = 0.01  # per cent: errors below are drawn there
 COLOURS = {"16": "#e69f00", "24": "#009e73", "32": "#0072b2", "48": "#cc79a7", "64": "#7f3c8d"}
@@ -19,6 +23,14 @@ def pareto(rows):
         if not front or row["error"] < front[-1]["error"]:
             front.append(row)
     return front
+
+
+def digit(front):
+    """How many times dearer a tenth of the error is: the slope of the front, by least squares in the logarithms; nan where the errors are within a factor 5."""
+    if len(front) < 2 or front[0]["error"] < 5 * front[-1]["error"]:
+        return math.nan
+    errors, prices = ([math.log10(row[name]) for row in front] for name in ("error", "price"))
+    return 10 ** -statistics.linear_regression(errors, prices).slope
 
 
 def kind(row):
@@ -42,6 +54,8 @@ def label(scene, row):
 
 def draw(scene, rows, path):
     rows = usable(rows)
+    if not rows:
+        return print(f"{scene.title}: nothing to draw yet")
     front = pareto([row for row in rows if kind(row) != "thesis"])
     figure, axes = plt.subplots(figsize=(8, 5.2), constrained_layout=True)
     axes.step([row["price"] for row in front], [max(row["error"], FLOOR) for row in front], where="post", color="0.6", linewidth=1, label="Pareto front", zorder=1)
@@ -54,6 +68,9 @@ def draw(scene, rows, path):
         seen.add(group)
         axes.annotate(label(scene, row), (row["price"], max(row["error"], FLOOR)), xytext=(5, 3), textcoords="offset points", fontsize=5.5 if kind(row) in ("plain", "knob") else 9)
     axes.set(xscale="log", yscale="log", title=scene.title, xlabel="CPU seconds per unit of the scene's own time", ylabel="error, per cent")
+    axes.yaxis.set_minor_locator(LogLocator(subs=(2, 5)))
+    for set_formatter in (axes.xaxis.set_major_formatter, axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
+        set_formatter(FuncFormatter(lambda x, place: f"{x:g}"))
     axes.grid(color="0.92", linewidth=0.6)
     axes.legend(fontsize=7, frameon=False)
     compare(axes, rows)
@@ -70,12 +87,25 @@ def compare(axes, rows):
     if not thesis or not standard:
         return
     times, better = thesis[0]["price"] / standard[0]["price"], thesis[0]["error"] / max(standard[0]["error"], 1e-9)
-    text = f"standard: 1/{times:.0f} of the thesis's cost,\n1/{better:.2g} of its error"
+    text = f"standard: 1/{float(f'{times:.2g}'):.0f} of the thesis's cost,\n1/{better:.2g} of its error"
     axes.text(0.98, 0.02, text, transform=axes.transAxes, fontsize=9, ha="right", va="bottom")
     print(f"cost of the thesis over standard {times:.0f}, error {better:.2f}")
 
 
 def table(scene, rows, front):
     print(f"\n{scene.title}; * on the front")
+    print(f"one digit more costs {digit(front):.0f} times as much (slope of the front; nan: hardly any slope)")
     for row in sorted(rows, key=lambda row: row["error"]):
         print(f"{'*' if row in front else ' '} {row['error']:9.3f} % {row['price']:10.4g} s {row['memory_MiB']:>6} MiB  {row['case']}")
+
+
+def summary(scene, rows):
+    """A row of Markdown: error and cost of the thesis's choice and of the presets, the thesis's over those of standard, and the cost of a digit."""
+    rows = usable(rows)
+    found = {label(scene, row): row for row in rows if kind(row) in ("thesis", "preset")}
+    cells = [f"{row['error']:.2g} %, {row['price']:.2g} s" if row else "" for row in (found.get(name) for name in ("the thesis", "draft", "standard", "fine"))]
+    ratio = ""
+    if "the thesis" in found and "standard" in found:
+        ratio = f"{found['the thesis']['error'] / found['standard']['error']:.2g}, {float(format(found['the thesis']['price'] / found['standard']['price'], '.2g')):.0f}"
+    front = pareto([row for row in rows if kind(row) != "thesis"])
+    return "| " + " | ".join([scene.title, *cells, ratio, "" if math.isnan(digit(front)) else f"{digit(front):.0f} times"]) + " |"

@@ -18,8 +18,8 @@ typedef struct {
 
 /* in the order of DLMAccuracies */
 static const Preset presets[] = {
-  [DLM_ACCURACY_DRAFT]     = {2.4, 0.2, "strang", "1e-3", "immersed", "surface", "factor", {0, 0, 0, 0, 0}},
-  [DLM_ACCURACY_STANDARD]  = {3.2, 0.1, "strang", "1e-4", "immersed", "surface", "factor", {0, 0, 0, 0, 0}},
+  [DLM_ACCURACY_DRAFT]     = {2.8, 0.2, "strang", "1e-3", "immersed", "surface", "factor", {0, 0, 0, 0, 0}},
+  [DLM_ACCURACY_STANDARD]  = {3.6, 0.1, "strang", "1e-4", "immersed", "surface", "factor", {0, 0, 0, 0, 0}},
   [DLM_ACCURACY_FINE]      = {4.8, 0.05, "strang", "1e-5", "immersed", "surface", "factor", {0, 0, 0, 0, 0}},
   [DLM_ACCURACY_REFERENCE] = {6.4, 0.02, "strang", "1e-6", "immersed", "surface", "factor", {0, 0, 0, 0, 0}},
 };

@@ -30,10 +30,12 @@ def check(good, text):
 def arithmetic():
     rows = [{"price": price, "error": error} for price, error in ((1, 5), (2, 6), (3, 2), (3, 3), (4, 2), (9, 1))]
     check([(row["price"], row["error"]) for row in tradeoff_draw.pareto(rows)] == [(1, 5), (3, 2), (9, 1)], "the front holds what nothing beats in both")
-    scene = dataclasses.replace(tradeoff_scenes.SCENES["pair"], exact=None, meshes=(8, 16, 24))
-    rows = [{"case": f"-grid_resolution {n} -ts_dt {dt}", "dt": str(dt), "values": f"{1 + 64 / n**2 + dt} {2 - 64 / n**2}"} for n in (8, 16, 24) for dt in (0.2, 0.1)]
-    check(numpy.allclose(scene.reference(rows), (1.1, 2)), f"Richardson's estimate from the finest runs: {scene.reference(rows)}")
-    check(scene.reference(rows[:4]) is None, "no reference without the finest mesh")
+    check(abs(tradeoff_draw.digit([{"price": price, "error": 3 * price**-0.5} for price in (1, 4, 49)]) - 100) < 1e-9, "error as one over the root of the cost: a digit costs 100 times")
+    scene = dataclasses.replace(tradeoff_scenes.SCENES["pair"], exact=None)
+    rows = [{"case": f"-grid_resolution {n} -ts_dt {dt}", "resolution": str(n), "dt": str(dt), "values": f"{1 + 64 / n**2 + dt**2} {2 - 64 / n**2}"}
+            for n, dt in ((8, 0.2), (16, 0.2), (16, 0.1), (24, 0.1))]
+    check(numpy.allclose(scene.reference(rows), (1, 2)), f"Richardson's estimate from the finest runs: {scene.reference(rows)}")
+    check(scene.reference(rows[:3] + [dict(rows[3], case="-grid_resolution 24 -ts_dt 0.05", dt="0.05")]) is None, "no reference while the finest mesh has no step in common")
     check(abs(tradeoff_scenes.apart((0, 0, 0.03, 0.04), numpy.zeros(4)) - 0.5) < 1e-12, "paths apart by half a radius")
     path = numpy.zeros((5, 2, 10))
     path[:, :, 0] = numpy.arange(5)[:, None]

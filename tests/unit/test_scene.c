@@ -204,7 +204,7 @@ static void PresetsFollowTheSceneAndGivenKeysWin(void **state)
   /* the smallest sphere decides; 5 cells per axis unit and 7.5 along x1 would be odd or broken: up to the next fit */
   WriteFile("two.csv", "x1,x2,x3,radius\n-1,0,0,0.5\n1,0,0,0.4\n");
   s = Make("-box_size 4.5,3,3 -spheres_file @two.csv -gravity 0,0,-18 -sphere_density 2 -fluid_viscosity 2 -accuracy draft");
-  assert_true(s->grid_resolution * 1.5 / 2 == round(s->grid_resolution * 1.5 / 2) && s->grid_resolution >= 2.4 / 0.4 && s->grid_resolution <= 2.4 / 0.4 + 4.0 / 3);
+  assert_true(s->grid_resolution * 1.5 / 2 == round(s->grid_resolution * 1.5 / 2) && s->grid_resolution >= 2.8 / 0.4 && s->grid_resolution <= 2.8 / 0.4 + 4.0 / 3);
   assert_true(fabs(s->ts_dt * (2. / 9 * 18 * 0.5 / 2) - 0.2) < 1e-12); /* radius over Stokes velocity of the larger, faster one */
   OK(DLMSceneDestroy(&s));
   snprintf(line, sizeof(line), "%s -accuracy draft -fluid_model oldroyd_b -fluid_relaxation_time 0.05", sheared);
