@@ -242,6 +242,7 @@ MEASURES = {
     "crossing time": lambda run: (crossings(run)[1], ""),
     "time back": time_back,
     "leaves the mid-plane": leaving,
+    "smallest gap/a": lambda run: (run.summary["smallest_gap"] / run.radii[0], ""),
     "C11": lambda run: conformation(run, "11"),
     "C13": lambda run: conformation(run, "13"),
     "largest u1 / (G L3^2/(8 eta1))": poiseuille,
