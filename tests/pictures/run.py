@@ -288,6 +288,7 @@ ERRORS = (
     ("movie", "shear --frames 0", "--frames 0: allowed: 1 or more$"),
     ("movie", "shear --fps 0", "--fps 0: allowed: more than 0$"),
     ("movie", "shear -o x.avi", "--output x.avi: allowed: a name that ends in .mp4 or .gif$"),
+    ("movie", "shear -o nowhere/x.gif", "--output nowhere/x.gif: no folder nowhere$"),
     ("movie", "shear -o x.mp4", "--output x.mp4 needs ffmpeg, which is not installed; .*$"),
     ("report", "old", "summary.json has no box_size: it is of an older version$"),
     ("report", "", "the following arguments are required: RUN$"),
