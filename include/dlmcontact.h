@@ -18,6 +18,7 @@ typedef struct {
   PetscReal range;     /* rho */
   PetscReal stiffness; /* force at touching */
   PetscReal largest;   /* largest force so far in the run */
+  PetscReal moment[6]; /* of the present forces: minus the sum of force times lever arm, which is what repulsion adds to the box's stress times its volume */
 } DLMContact;
 
 /*

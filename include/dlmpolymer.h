@@ -32,6 +32,12 @@ typedef struct {
   PetscInt  mirror;                  /* which way the last advection cut the cubes */
 } DLMPolymerState;
 
+/* Means of the extra stress (V3, with the fluid parts of V7): symmetric tensors 11, 22, 33, 12, 13, 23, the same on every rank. */
+typedef struct {
+  PetscReal box[6];     /* over the box */
+  PetscReal solvent[6]; /* part of that: what a solvent whose viscosity varies has beyond its viscosity at rest */
+} DLMPolymerStress;
+
 /* spheres may be NULL; grid, spheres and scene must outlive the object. C starts at I, or with the mode that the scene asks for. Collective. */
 PETSC_EXTERN PetscErrorCode DLMPolymerCreate(DLMGrid grid, DLMSpheres spheres, const DLMScene *scene, DLMPolymer *polymer);
 PETSC_EXTERN PetscErrorCode DLMPolymerDestroy(DLMPolymer *polymer);
@@ -45,6 +51,13 @@ PETSC_EXTERN PetscErrorCode DLMPolymerSetInside(DLMPolymer polymer);
   velocity to the time told to SetVelocity; order 2 extrapolates the force to `target`. Collective.
 */
 PETSC_EXTERN PetscErrorCode DLMPolymerForce(DLMPolymer polymer, PetscReal time, PetscReal target, PetscInt order, Vec f);
+/* Of the present C and the last velocity. Collective. */
+PETSC_EXTERN PetscErrorCode DLMPolymerGetStress(DLMPolymer polymer, DLMPolymerStress *stress);
+/*
+  stress[6 n]: integral over the volume of every sphere of the stress behind the last force, the same on every rank; 0 where a stress offset keeps that out
+  of the spheres. Borrowed. Not collective.
+*/
+PETSC_EXTERN PetscErrorCode DLMPolymerGetInsideStress(DLMPolymer polymer, const PetscReal **stress);
 /* Takes the velocity (u leads in x, more may follow) and its projected gradient. Collective. */
 PETSC_EXTERN PetscErrorCode DLMPolymerSetVelocity(DLMPolymer polymer, PetscReal time, Vec x);
 /* Advects C with that velocity over dt. Collective. */

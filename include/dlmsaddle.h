@@ -78,4 +78,16 @@ PETSC_EXTERN PetscErrorCode DLMSaddleGetState(DLMSaddle saddle, DLMSaddleState *
 PETSC_EXTERN PetscErrorCode DLMSaddleSetState(DLMSaddle saddle, const DLMSaddleState *state);
 /* Root mean square over all multipliers of Q^T (J u - V - omega x r), after a solve. Collective. */
 PETSC_EXTERN PetscErrorCode DLMSaddleGetSlip(DLMSaddle saddle, PetscReal *slip);
+/* lambda[3 n], the forces of the spheres on the fluid at this rank's points (DLMPairingGetPoints). Borrowed until the next call to the object. Not collective. */
+PETSC_EXTERN PetscErrorCode DLMSaddleGetPointForces(DLMSaddle saddle, const PetscScalar **lambda);
+/* First moments along an axis with walls, x = 0 in the middle of the box, per component. */
+typedef struct {
+  PetscReal multipliers[3]; /* of the spheres' forces lambda on the fluid: sum of lambda x, x as the pairing sees it */
+  PetscReal deltas[3];      /* half of what smoothed deltas put on the nodes of the upper wall less half of that on the lower one; times the gap: their moment */
+  PetscReal friction[3];    /* of the walls' friction on the spheres, at the walls */
+  PetscReal widths[3];      /* the same friction times the widths of its gaps, towards the wall */
+} DLMWallMoments;
+
+/* After a solve, over all ranks. Collective. */
+PETSC_EXTERN PetscErrorCode DLMSaddleGetWallMoments(DLMSaddle saddle, int axis, DLMWallMoments *moments);
 #endif

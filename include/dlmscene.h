@@ -116,12 +116,23 @@ typedef struct {
   char      output_dir[PETSC_MAX_PATH_LEN];
   PetscInt  output_every;             /* steps between rows of trajectory.csv */
   PetscInt  output_fields_every;      /* steps between field outputs; 0: none */
+  PetscBool output_multipliers;       /* with the fields: points, multipliers and tractions of the spheres */
   PetscReal progress_every;           /* seconds between progress lines in a batch log */
   PetscInt  checkpoint_every;         /* steps between checkpoints; 0: none */
   PetscReal checkpoint_minutes;       /* minutes between checkpoints; 0: none */
   char      restart[PETSC_MAX_PATH_LEN]; /* the checkpoint to go on from, or "" */
   char      source[PETSC_MAX_PATH_LEN]; /* the scene's file, "" if written in options only */
 } DLMScene;
+
+/* The shear that the walls of one axis drive, in the directions of rheology: 1 the flow, 2 across the gap, 3 = 1 x 2. */
+typedef struct {
+  int       axis;    /* across the gap */
+  PetscReal e[3][3]; /* unit vectors of the directions; 1: upper wall's velocity less the lower one's */
+  PetscReal rate;    /* > 0 */
+} DLMShear;
+
+/* True if exactly one axis has walls and they differ in velocity along themselves. Not collective. */
+PETSC_EXTERN PetscBool DLMSceneGetShear(const DLMScene *scene, DLMShear *shear);
 
 /*
   DLMSceneCreate - reads the options database into a checked scene.

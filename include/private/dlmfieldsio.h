@@ -2,7 +2,7 @@
   Field output for ParaView, VisIt and h5py: one HDF5 file per output, which is never touched again once it is there, and two small files that tie them.
 
     dir/fields/step_0000010.h5   /FIELD        float64 [n3][n2][n1] or [n3][n2][n1][dof], attribute mesh
-                                 /spheres      center, velocity, omega [n][3], radius [n], id [n]
+                                 /POINTS       id int32 [n], then the positions float64 [n][3], then float64 or int32 [n] or [n][3]
                                  /meshes/NAME  attributes nodes, periodic, origin, spacing
                                  attributes step, time; before the HDF5 data, as text, the output's part of fields.xmf
     dir/fields.h5                links: /step_0000010 to each output, /meshes to those of the last
@@ -42,18 +42,24 @@ PETSC_EXTERN PetscErrorCode DLMFieldFileBeginStep(DLMFieldFile file, PetscInt st
 /*
   DLMFieldFileWriteVec - writes a global vector of the DMDA da on the named mesh. Collective.
 
-  dof 1: scalar; 3: vector; 6: symmetric tensor, components in the order xx, xy, xz, yy, yz, zz.
+  dof 1: scalar; 3: vector; 6: symmetric tensor in VTK's order 11, 22, 33, 12, 23, 13, in which ParaView names the components.
 */
 PETSC_EXTERN PetscErrorCode DLMFieldFileWriteVec(DLMFieldFile file, const char *mesh, const char *name, DM da, Vec v);
-/* Writes n spheres: x, V, omega [3n], radius [n]; none if n = 0. Rank 0's arguments count. */
-PETSC_EXTERN PetscErrorCode DLMFieldFileWriteSpheres(DLMFieldFile file, PetscInt n, const PetscReal *x, const PetscReal *radius, const PetscReal *V,
-                                                     const PetscReal *omega);
+/* Values at points: reals [n][dof], dof 1 or 3, or (dof 0) ints [n]. */
+typedef struct {
+  const char *name;
+  PetscInt    dof;
+  const void *values;
+} DLMPointArray;
+
+/* Writes a set of n points with ids from 0; the first array is their positions. Nothing if n = 0. Rank 0's arguments count. */
+PETSC_EXTERN PetscErrorCode DLMFieldFileWritePoints(DLMFieldFile file, const char *name, PetscInt n, PetscInt n_arrays, const DLMPointArray *arrays);
 /* Brings the output, fields.h5 and fields.xmf to the disk. Collective. *failed: 0 or errno, and then path names the file that could not be written. */
 PETSC_EXTERN PetscErrorCode DLMFieldFileEndStep(DLMFieldFile file, int *failed, char path[PETSC_MAX_PATH_LEN]);
 PETSC_EXTERN PetscErrorCode DLMFieldFileDestroy(DLMFieldFile *file);
 
 #define DLM_FIELD_NAME 64
-enum { DLM_FIELD_MOST = 8 }; /* meshes, fields of an output */
+enum { DLM_FIELD_MOST = 8 }; /* meshes, fields and sets of points of an output, arrays of a set */
 
 typedef struct {
   char      name[DLM_FIELD_NAME];
@@ -65,8 +71,15 @@ typedef struct {
 typedef struct {
   char     name[DLM_FIELD_NAME];
   PetscInt mesh; /* index into meshes */
-  PetscInt dof;
+  PetscInt dof;  /* 0: one int */
 } DLMFieldEntry;
+
+/* A set of points; only the names and dof of its arrays last. */
+typedef struct {
+  char          name[DLM_FIELD_NAME];
+  PetscInt      n, n_arrays;
+  DLMFieldEntry array[DLM_FIELD_MOST]; /* mesh: -1 */
+} DLMFieldPoints;
 
 /* An output on the disk, as rank 0 knows it. */
 typedef struct {
@@ -86,8 +99,9 @@ struct _p_DLMFieldFile {
   hid_t         h5; /* rank 0 */
   PetscInt      step;
   PetscReal     time;
-  PetscInt      n_fields, n_spheres;
-  DLMFieldEntry fields[DLM_FIELD_MOST];
+  PetscInt       n_fields, n_sets; /* sets: of rank 0 */
+  DLMFieldEntry  fields[DLM_FIELD_MOST];
+  DLMFieldPoints sets[DLM_FIELD_MOST];
 };
 
 #define DLM_STEP_NAME "step_%07" PetscInt_FMT

@@ -50,6 +50,7 @@ struct _p_DLMPolymer {
   char              *inside;  /* ghosted: layer inside a sphere (inside.c), 0 outside */
   PetscInt           n_near, near_capacity;
   DLMNearNode       *near;
+  double            *inside_stress; /* 6 per sphere: DLMPolymerGetInsideStress */
   PetscReal          stress_offset; /* the stress counts from a + stress_offset h on; 0: everywhere, inside the spheres too */
   int                mirror;  /* which of the four ways to cut the cubes the last advection took */
   PetscInt           n_velocities; /* how many of the gradients in the two buffers are known */
@@ -62,6 +63,20 @@ struct _p_DLMPolymer {
   PetscReal          kept_time, kept_time_before, kept_trace;
   PetscInt           kept_velocities;
 };
+
+/* Owned index of the node at i[3] of the ghosted arrays; false if another rank owns it. */
+static inline PetscBool DLMPolymerOwnedIndex(DLMPolymer p, const PetscInt i[3], PetscInt *own)
+{
+  const DLMPolymerBlock *b = &p->block;
+
+  *own = 0;
+  for (int d = 2; d >= 0; d--) {
+    const PetscInt at = b->ghost_start[d] + i[d] - b->start[d];
+    if (at < 0 || at >= b->width[d]) return PETSC_FALSE;
+    *own = *own * b->width[d] + at;
+  }
+  return PETSC_TRUE;
+}
 
 /* Node of an owned index: counted in the whole mesh. */
 static inline void DLMPolymerNode(DLMPolymer p, PetscInt own, PetscInt node[3])
@@ -83,11 +98,18 @@ PETSC_INTERN void DLMPolymerLines(DLMPolymer polymer, DLMLineVisit visit, void *
   surface.c: visits every ghosted node, at i[3] of the ghosted arrays, whose distance from a sphere's surface (negative inside) is below reach, once for
   each such sphere.
 */
-typedef PetscErrorCode (*DLMNearVisit)(DLMPolymer polymer, const PetscInt i[3], PetscReal distance);
+typedef PetscErrorCode (*DLMNearVisit)(DLMPolymer polymer, PetscInt sphere, const PetscInt i[3], PetscReal distance);
 PETSC_INTERN PetscErrorCode DLMPolymerVisitNear(DLMPolymer polymer, PetscReal reach, DLMNearVisit visit);
 /* surface.c: finds the nodes near the spheres' present surfaces; weighs the owned planar tensor T by their fluid part. */
 PETSC_INTERN PetscErrorCode DLMPolymerFindNear(DLMPolymer polymer);
 PETSC_INTERN void           DLMPolymerWeighStress(DLMPolymer polymer, double *const T[6]);
+/*
+  coupling.c: the owned planar tensor T <- what the stress of C holds beyond the implicit operator's part; ahead: weight of the velocity's extrapolation
+  (docs/theory.md, V3, V4). Not collective.
+*/
+PETSC_INTERN PetscErrorCode DLMPolymerExtraStress(DLMPolymer polymer, PetscReal ahead, double *const T[6]);
+/* sums.c: inside_stress from the extra stress in the owned arrays r. Collective. */
+PETSC_INTERN PetscErrorCode DLMPolymerSumInside(DLMPolymer polymer);
 /* keep.c: makes the other gradient buffer the present one. */
 PETSC_INTERN void DLMPolymerTurnGradient(DLMPolymer polymer);
 /* owned[k] -> ghosted[k], n fields. Collective. */

@@ -124,6 +124,8 @@ PETSC_INTERN PetscErrorCode DLMBlocksSolveRigid(DLMBlocks *blocks);
 PETSC_INTERN PetscErrorCode DLMSaddleSubtractFriction(DLMSaddle saddle, const PetscScalar *U, PetscScalar *load);
 /* load[6 n] += friction on every sphere by the motions in the states, walls moving. Not collective. */
 PETSC_INTERN void DLMSaddleAddFriction(DLMSaddle saddle, PetscReal *load);
+/* The friction's part of the moments, from the gaps at the walls of an axis. Not collective. */
+PETSC_INTERN void DLMSaddleWallFriction(DLMSaddle saddle, int axis, DLMWallMoments *moments);
 /* Adds friction to force, torque and stresslet of all spheres, the same on every rank. Not collective. */
 PETSC_INTERN void DLMSaddleShareFriction(DLMSaddle saddle);
 

@@ -26,6 +26,7 @@ typedef enum {
   DLM_PART_STEPPING,
   DLM_PART_STEP_COPY,
   DLM_PART_TRAJECTORY,
+  DLM_PART_BULK,
   DLM_PART_FIELDS,
   DLM_PART_CHECKPOINTS,
   DLM_PART_WORK,
@@ -77,9 +78,9 @@ struct _p_DLMSimulation {
   DLMSaddle       saddle;
   DLMContact      contact;
   DLMLubrication  lubrication; /* for the moves of the centres; the saddle keeps its own */
+  PetscBool       flowing;  /* a velocity has been solved for */
   DLMPolymer      polymer;  /* NULL in Newtonian fluid, like what follows */
   Vec             body_force; /* of the polymer's stress */
-  PetscBool       flowing;    /* a velocity has been solved for */
   DLMPolymerHealth worst;   /* smallest eigenvalue, largest trace and courant number of the run so far */
   PetscReal       worst_time;
   DLMSphereState *kept; /* of the start of the step, like the next two */
@@ -155,6 +156,8 @@ PETSC_INTERN PetscErrorCode DLMSimulationStart(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMCheckpointWrite(DLMSimulation sim, const char *path, PetscReal dt, int *failed);
 PETSC_INTERN PetscErrorCode DLMCheckpointOpen(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMCheckpointLoad(DLMSimulation sim);
+/* io/fields.c: bytes of numbers in one output of fields. Collective. */
+PETSC_INTERN PetscErrorCode DLMFieldsGetBytes(DLMSimulation sim, PetscReal *bytes);
 /* io/output.c: a TS monitor that writes the run's files and its progress. */
 PETSC_INTERN PetscErrorCode DLMOutputCreate(DLMSimulation sim, DLMOutput *output);
 PETSC_INTERN PetscErrorCode DLMOutputFinish(DLMOutput output);

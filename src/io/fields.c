@@ -1,6 +1,24 @@
 #include "../../include/private/gridimpl.h"
 #include "../../include/private/outputimpl.h"
 
+/* Closed periodic axes have the first plane again. */
+static PetscReal NodesOf(const DLMScene *scene, PetscInt coarsening)
+{
+  return (PetscReal)(scene->cells[0] / coarsening + 1) * (PetscReal)(scene->cells[1] / coarsening + 1) * (PetscReal)(scene->cells[2] / coarsening + 1);
+}
+
+PetscErrorCode DLMFieldsGetBytes(DLMSimulation sim, PetscReal *bytes)
+{
+  PetscInt points = 0;
+
+  PetscFunctionBegin;
+  if (sim->spheres && sim->scene->output_multipliers) PetscCall(DLMPairingGetPoints(sim->pairing, &points, NULL, NULL));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &points, 1, MPIU_INT, MPI_SUM, sim->scene->comm));
+  *bytes = 8.0 * (NodesOf(sim->scene, 1) * (sim->polymer ? 10.0 : 3.0) + NodesOf(sim->scene, 2)) + (4.0 + 8.0 * 10.0) * (PetscReal)sim->scene->n_spheres +
+           (8.0 + 8.0 * 9.0) * (PetscReal)points;
+  PetscFunctionReturn(0);
+}
+
 /*
   Fields are drawn where the mesh is: in the frame that rides with the mean wall velocity. Velocities are those of the scene's frame.
 */
@@ -33,35 +51,45 @@ static PetscErrorCode WriteSpheres(DLMOutput output)
     for (int d = 0; d < 3; d++) V[3 * i + d] = state[i].velocity[d] + output->sim->frame_velocity[d];
     PetscCall(PetscArraycpy(omega + 3 * i, state[i].omega, 3));
   }
-  PetscCall(DLMFieldFileWriteSpheres(output->fields, n, x, radius, V, omega));
+  const DLMPointArray arrays[] = { { "center", 3, x }, { "radius", 1, radius }, { "velocity", 3, V }, { "omega", 3, omega } };
+  PetscCall(DLMFieldFileWritePoints(output->fields, "spheres", n, 4, arrays));
   PetscCall(PetscFree4(x, radius, V, omega));
   PetscFunctionReturn(0);
 }
 
-/* Planar components (11, 22, 33, 12, 13, 23) as XDMF orders a symmetric tensor: 11, 12, 13, 22, 23, 33. */
+/* C in VTK's order, 11, 22, 33, 12, 23, 13, from planar components 11, 22, 33, 12, 13, 23; and its trace. */
 static PetscErrorCode WriteConformation(DLMOutput output, DM velocity)
 {
-  static const int   order[6] = { 0, 3, 4, 1, 5, 2 };
+  static const int   order[6] = { 0, 1, 2, 3, 5, 4 };
   const PetscScalar *planar;
-  PetscScalar       *x;
+  PetscScalar       *x, *t;
   PetscInt           n;
-  DM                 dm;
-  Vec                C, shown;
+  DM                 six, one;
+  Vec                C, shown, trace;
 
   PetscFunctionBegin;
   PetscCall(DLMPolymerGetConformation(output->sim->polymer, &C));
-  PetscCall(DMDACreateCompatibleDMDA(velocity, 6, &dm));
-  PetscCall(DMCreateGlobalVector(dm, &shown));
-  PetscCall(VecGetLocalSize(C, &n));
+  PetscCall(DMDACreateCompatibleDMDA(velocity, 6, &six));
+  PetscCall(DMDACreateCompatibleDMDA(velocity, 1, &one));
+  PetscCall(DMCreateGlobalVector(six, &shown));
+  PetscCall(DMCreateGlobalVector(one, &trace));
+  PetscCall(VecGetLocalSize(trace, &n));
   PetscCall(VecGetArrayRead(C, &planar));
   PetscCall(VecGetArray(shown, &x));
-  for (PetscInt i = 0; i < n / 6; i++)
-    for (int k = 0; k < 6; k++) x[6 * i + k] = planar[order[k] * (n / 6) + i];
+  PetscCall(VecGetArray(trace, &t));
+  for (PetscInt i = 0; i < n; i++) {
+    for (int k = 0; k < 6; k++) x[6 * i + k] = planar[order[k] * n + i];
+    t[i] = planar[i] + planar[n + i] + planar[2 * n + i];
+  }
+  PetscCall(VecRestoreArray(trace, &t));
   PetscCall(VecRestoreArray(shown, &x));
   PetscCall(VecRestoreArrayRead(C, &planar));
-  PetscCall(DLMFieldFileWriteVec(output->fields, "velocity_mesh", "conformation", dm, shown));
+  PetscCall(DLMFieldFileWriteVec(output->fields, "velocity_mesh", "conformation", six, shown));
+  PetscCall(DLMFieldFileWriteVec(output->fields, "velocity_mesh", "conformation_trace", one, trace));
   PetscCall(VecDestroy(&shown));
-  PetscCall(DMDestroy(&dm));
+  PetscCall(VecDestroy(&trace));
+  PetscCall(DMDestroy(&six));
+  PetscCall(DMDestroy(&one));
   PetscFunctionReturn(0);
 }
 
@@ -92,6 +120,7 @@ PetscErrorCode DLMFieldsWrite(DLMOutput output, PetscInt step, PetscReal time)
   PetscCall(DLMFieldFileWriteVec(output->fields, "pressure_mesh", "pressure", pressure, p));
   if (output->sim->polymer) PetscCall(WriteConformation(output, velocity));
   if (output->sim->spheres) PetscCall(WriteSpheres(output));
+  if (output->sim->spheres && output->sim->scene->output_multipliers) PetscCall(DLMMultipliersWrite(output->sim, output->fields));
   PetscCall(DLMStokesRestoreParts(output->sim->stokes, x, &u, &p));
   PetscCall(DLMFieldFileEndStep(output->fields, &failed, path));
   PetscCall(DLMOutputRequire(output->sim, failed, path));

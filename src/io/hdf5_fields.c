@@ -115,7 +115,7 @@ PetscErrorCode DLMFieldFileBeginStep(DLMFieldFile file, PetscInt step, PetscReal
   PetscFunctionBeginUser;
   file->step     = step;
   file->time     = time;
-  file->n_fields = file->n_spheres = 0;
+  file->n_fields = file->n_sets = 0;
   if (file->rank) PetscFunctionReturn(0);
   PetscCall(DLMImageCreate(&file->h5));
   PetscCall(PutAttribute(file->h5, "step", H5_INT, 1, &step));
@@ -234,37 +234,44 @@ PetscErrorCode DLMFieldFileWriteVec(DLMFieldFile file, const char *mesh_name, co
   PetscFunctionReturn(0);
 }
 
-/* [n] or [n][3] values. */
-static PetscErrorCode WriteRows(hid_t group, const char *name, hid_t type, PetscInt n, int dof, const void *values)
+static PetscErrorCode WriteArray(hid_t group, PetscInt n, const DLMPointArray *array)
 {
-  hsize_t dims[2] = { (hsize_t)n, (hsize_t)dof };
-  hid_t   space, data;
+  const hid_t type    = array->dof ? H5_REAL : H5T_NATIVE_INT;
+  hsize_t     dims[2] = { (hsize_t)n, (hsize_t)array->dof };
+  hid_t       space, data;
 
   PetscFunctionBegin;
-  H5Get(space, H5Screate_simple(dof == 1 ? 1 : 2, dims, NULL));
-  H5Get(data, H5Dcreate2(group, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
-  H5Do(H5Dwrite(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values));
+  H5Get(space, H5Screate_simple(array->dof > 1 ? 2 : 1, dims, NULL));
+  H5Get(data, H5Dcreate2(group, array->name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  H5Do(H5Dwrite(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, array->values));
   H5Do(H5Dclose(data));
   H5Do(H5Sclose(space));
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode DLMFieldFileWriteSpheres(DLMFieldFile file, PetscInt n, const PetscReal *x, const PetscReal *radius, const PetscReal *V, const PetscReal *omega)
+PetscErrorCode DLMFieldFileWritePoints(DLMFieldFile file, const char *name, PetscInt n, PetscInt n_arrays, const DLMPointArray *arrays)
 {
-  hid_t group;
-  int  *id;
+  DLMFieldPoints *set = &file->sets[file->n_sets];
+  hid_t           group;
+  int            *id;
 
   PetscFunctionBeginUser;
-  file->n_spheres = n;
   if (file->rank || !n) PetscFunctionReturn(0);
+  PetscCheck(file->n_sets < DLM_FIELD_MOST && n_arrays <= DLM_FIELD_MOST, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "At most %d sets of points, and arrays of a set", DLM_FIELD_MOST);
+  file->n_sets++;
+  set->n        = n;
+  set->n_arrays = n_arrays;
+  PetscCall(PetscStrncpy(set->name, name, DLM_FIELD_NAME));
   PetscCall(PetscMalloc1(n, &id));
   for (PetscInt i = 0; i < n; i++) id[i] = (int)i;
-  PetscCall(DLMImageNewGroup(file->h5, "spheres", &group));
-  PetscCall(WriteRows(group, "id", H5T_NATIVE_INT, n, 1, id));
-  PetscCall(WriteRows(group, "center", H5_REAL, n, 3, x));
-  PetscCall(WriteRows(group, "radius", H5_REAL, n, 1, radius));
-  PetscCall(WriteRows(group, "velocity", H5_REAL, n, 3, V));
-  PetscCall(WriteRows(group, "omega", H5_REAL, n, 3, omega));
+  PetscCall(DLMImageNewGroup(file->h5, name, &group));
+  PetscCall(WriteArray(group, n, &(DLMPointArray){ "id", 0, id }));
+  for (PetscInt k = 0; k < n_arrays; k++) {
+    PetscCall(WriteArray(group, n, &arrays[k]));
+    PetscCall(PetscStrncpy(set->array[k].name, arrays[k].name, DLM_FIELD_NAME));
+    set->array[k].mesh = -1;
+    set->array[k].dof  = arrays[k].dof;
+  }
   H5Do(H5Gclose(group));
   PetscCall(PetscFree(id));
   PetscFunctionReturn(0);

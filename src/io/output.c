@@ -45,6 +45,8 @@ PetscErrorCode DLMOutputRequire(DLMSimulation sim, int failed, const char *path)
   if (rank == 0) PetscCall(Advice(sim, note, sizeof(note))); /* rank 0 alone speaks */
   DLMUserCheck(failed != DLM_FILE_CHANGED, sim->scene->comm, "-output_dir %s: %s is not as this run left it; allowed: a folder of its own for each run%s", sim->scene->output_dir, path,
                note);
+  DLMUserCheck(failed != DLM_FILE_COLUMNS, sim->scene->comm, "-output_dir %s: %s has other columns than this version writes; allowed: files of this version, or none: move this one away",
+               sim->scene->output_dir, path);
   DLMUserCheck(PETSC_FALSE, sim->scene->comm, "-output_dir %s: cannot write %s (%s); allowed: a folder that can be written, with space%s", sim->scene->output_dir, path,
                strerror(failed), note);
   PetscFunctionReturn(0);
@@ -141,7 +143,9 @@ static PetscErrorCode Monitor(TS ts, PetscInt step, PetscReal time, Vec solution
     else slip = 0.0;
     output->sim->largest_slip = PetscMax(output->sim->largest_slip, slip);
   }
-  if (output->sim->spheres && (step % PetscMax(1, scene->output_every) == 0 || last)) PetscCall(Write(output, DLM_PART_TRAJECTORY, DLMTrajectoryWrite, step, time));
+  const PetscBool rows = (PetscBool)(step % PetscMax(1, scene->output_every) == 0 || last);
+  if (rows && output->sim->part[DLM_PART_TRAJECTORY].built) PetscCall(Write(output, DLM_PART_TRAJECTORY, DLMTrajectoryWrite, step, time));
+  if (rows && output->sim->part[DLM_PART_BULK].built && output->sim->flowing) PetscCall(Write(output, DLM_PART_BULK, DLMBulkWrite, step, time));
   if (output->fields && (step % scene->output_fields_every == 0 || last)) PetscCall(Write(output, DLM_PART_FIELDS, DLMFieldsWrite, step, time));
   PetscCall(DLMProgress(output, step, time, last));
   if (output->sim->checkpoint_due) PetscCall(Write(output, DLM_PART_CHECKPOINTS, WriteCheckpoint, step, time));
@@ -163,6 +167,7 @@ PetscErrorCode DLMOutputCreate(DLMSimulation sim, DLMOutput *new_output)
   output->last_progress = output->started;
   PetscCall(TSGetTime(sim->ts, &output->start_time));
   PetscCall(DLMTrajectoryOpen(output));
+  PetscCall(DLMBulkOpen(output));
   if (sim->scene->output_fields_every > 0) PetscCall(DLMFieldsOpen(output));
   PetscCall(TSMonitorSet(sim->ts, Monitor, output, NULL));
   PetscFunctionReturn(0);

@@ -1,18 +1,22 @@
 /*
   The XDMF file: the light XML that tells ParaView what the arrays of the outputs mean.
 
-  One temporal collection; each output is a spatial collection of the meshes that have a field and of the spheres. XDMF lists axes slowest first, so sizes,
-  origin and spacing stand in the order x3, x2, x1.
+  One temporal collection; each output is a spatial collection of the meshes that have a field and of the sets of points. XDMF lists axes slowest first, so
+  sizes, origin and spacing stand in the order x3, x2, x1.
+
+  A symmetric tensor is a Matrix of six columns: of a Tensor6 one of VTK's two readers makes nine components, the other leaves six in XDMF's order, which
+  ParaView then names as if they were in its own.
 */
 #include "../../include/private/dlmfieldsio.h"
 
 _Static_assert(sizeof(PetscReal) == 8, "fields.xmf says 8-byte numbers");
 #define H5_FLOAT "NumberType=\"Float\" Precision=\"8\" Format=\"HDF\""
+#define H5_INTEGER "NumberType=\"Int\" Precision=\"4\" Format=\"HDF\""
 #define IN_FILE "fields/" DLM_STEP_NAME ".h5:"
 
 static const char *AttributeType(PetscInt dof)
 {
-  return dof == 1 ? "Scalar" : dof == 3 ? "Vector" : "Tensor6";
+  return dof <= 1 ? "Scalar" : dof == 3 ? "Vector" : "Matrix";
 }
 
 static void WriteGrid(FILE *out, DLMFieldFile file, PetscInt mesh_index)
@@ -41,28 +45,32 @@ static void WriteGrid(FILE *out, DLMFieldFile file, PetscInt mesh_index)
   fprintf(out, "        </Grid>\n");
 }
 
-static void WriteSphereAttribute(FILE *out, DLMFieldFile file, const char *name, int dof)
+/* An array of a set: one int (dof 0), or reals, for each of its points. */
+static void WritePointItem(FILE *out, DLMFieldFile file, const DLMFieldPoints *set, const char *name, PetscInt dof)
+{
+  fprintf(out, "            <DataItem Dimensions=\"%d%s\" %s>", (int)set->n, dof == 3 ? " 3" : "", dof ? H5_FLOAT : H5_INTEGER);
+  fprintf(out, IN_FILE "/%s/%s</DataItem>\n", file->step, set->name, name);
+}
+
+static void WritePointAttribute(FILE *out, DLMFieldFile file, const DLMFieldPoints *set, const char *name, PetscInt dof)
 {
   fprintf(out, "          <Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"Node\">\n", name, AttributeType(dof));
-  fprintf(out, "            <DataItem Dimensions=\"%d%s\" " H5_FLOAT ">" IN_FILE "/spheres/%s</DataItem>\n", (int)file->n_spheres, dof == 3 ? " 3" : "", file->step, name);
+  WritePointItem(out, file, set, name, dof);
   fprintf(out, "          </Attribute>\n");
 }
 
-/* Points with the spheres' numbers as connectivity: ParaView's XDMF 3 reader does not count for itself. */
-static void WriteSpheres(FILE *out, DLMFieldFile file)
+/* Points with their ids as connectivity: ParaView's XDMF 3 reader does not count for itself. */
+static void WritePoints(FILE *out, DLMFieldFile file, const DLMFieldPoints *set)
 {
-  const int n = (int)file->n_spheres;
-
-  fprintf(out, "        <Grid Name=\"spheres\">\n");
-  fprintf(out, "          <Topology TopologyType=\"Polyvertex\" NumberOfElements=\"%d\" NodesPerElement=\"1\">\n", n);
-  fprintf(out, "            <DataItem Dimensions=\"%d\" NumberType=\"Int\" Precision=\"4\" Format=\"HDF\">" IN_FILE "/spheres/id</DataItem>\n", n, file->step);
+  fprintf(out, "        <Grid Name=\"%s\">\n", set->name);
+  fprintf(out, "          <Topology TopologyType=\"Polyvertex\" NumberOfElements=\"%d\" NodesPerElement=\"1\">\n", (int)set->n);
+  WritePointItem(out, file, set, "id", 0);
   fprintf(out, "          </Topology>\n");
   fprintf(out, "          <Geometry GeometryType=\"XYZ\">\n");
-  fprintf(out, "            <DataItem Dimensions=\"%d 3\" " H5_FLOAT ">" IN_FILE "/spheres/center</DataItem>\n", n, file->step);
+  WritePointItem(out, file, set, set->array[0].name, 3);
   fprintf(out, "          </Geometry>\n");
-  WriteSphereAttribute(out, file, "radius", 1);
-  WriteSphereAttribute(out, file, "velocity", 3);
-  WriteSphereAttribute(out, file, "omega", 3);
+  WritePointAttribute(out, file, set, "id", 0);
+  for (PetscInt k = 1; k < set->n_arrays; k++) WritePointAttribute(out, file, set, set->array[k].name, set->array[k].dof);
   fprintf(out, "        </Grid>\n");
 }
 
@@ -80,7 +88,7 @@ char *DLMFieldFileXdmfOfStep(DLMFieldFile file)
     for (PetscInt f = 0; f < file->n_fields; f++) used |= file->fields[f].mesh == m;
     if (used) WriteGrid(out, file, m);
   }
-  if (file->n_spheres) WriteSpheres(out, file);
+  for (PetscInt k = 0; k < file->n_sets; k++) WritePoints(out, file, &file->sets[k]);
   fprintf(out, "      </Grid>\n");
   if (!fclose(out)) return text;
   free(text);

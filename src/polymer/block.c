@@ -124,6 +124,7 @@ PetscErrorCode DLMPolymerCreate(DLMGrid grid, DLMSpheres spheres, const DLMScene
   if (p->stress_offset == DLM_AUTO) /* where C runs free in the layer that is left out, high Wi blows up */
     p->stress_offset = scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES && scene->polymer_inside == DLM_INSIDE_EXTEND ? 0.75 : 0.0;
   PetscCall(CreateArrays(p));
+  PetscCall(PetscCalloc1(6 * scene->n_spheres, &p->inside_stress));
   PetscCall(SetStart(p));
   p->health.sound = PETSC_TRUE;
   *new_polymer    = p;
@@ -145,6 +146,7 @@ PetscErrorCode DLMPolymerDestroy(DLMPolymer *pointer)
   PetscCall(VecDestroy(&p->local));
   PetscCall(DMDestroy(&p->dm));
   PetscCall(PetscFree(p->near));
+  PetscCall(PetscFree(p->inside_stress));
   PetscCall(PetscFree6(p->gradient[0], p->gradient[1], p->ghosted, p->scratch, p->line, p->inside));
   PetscCall(PetscFree(*pointer));
   PetscFunctionReturn(0);

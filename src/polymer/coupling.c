@@ -181,8 +181,7 @@ static void LocalStress(DLMPolymer p, PetscBool viscous, double ahead, double *c
   }
 }
 
-/* T <- what the stress of C holds beyond the implicit operator's part; ahead: weight of the velocity's extrapolation (docs/theory.md, V3, V4) */
-static PetscErrorCode ExtraStress(DLMPolymer p, PetscReal ahead, double *const T[6])
+PetscErrorCode DLMPolymerExtraStress(DLMPolymer p, PetscReal ahead, double *const T[6])
 {
   const PetscReal mu = p->scene->fluid_viscosity * p->scene->retardation_time / p->scene->relaxation_time;
 
@@ -213,20 +212,17 @@ static DLMLag LagOf(DLMPolymer p, PetscReal time, PetscReal target)
 PetscErrorCode DLMPolymerForce(DLMPolymer p, PetscReal time, PetscReal target, PetscInt order, Vec f)
 {
   DLMForceHistory *h = &p->force;
-  DLMLag           weight;
-  double          *T[6];
+  DLMLag           weight = { 0.0, 0.0 };
 
   PetscFunctionBeginUser;
-  for (int k = 0; k < 6; k++) T[k] = p->r[k];
-  if (order < 2) {
-    PetscCall(ExtraStress(p, 0.0, T));
-    PetscCall(Divergence(p, T, f));
-    PetscFunctionReturn(0);
+  if (order >= 2) {
+    Push(h, time);
+    weight = LagOf(p, time, target);
   }
-  Push(h, time);
-  weight = LagOf(p, time, target);
-  PetscCall(ExtraStress(p, weight.velocity, T));
-  PetscCall(Divergence(p, T, h->now));
+  PetscCall(DLMPolymerExtraStress(p, weight.velocity, p->r));
+  PetscCall(Divergence(p, p->r, order < 2 ? f : h->now));
+  PetscCall(DLMPolymerSumInside(p));
+  if (order < 2) PetscFunctionReturn(0);
   PetscCall(VecCopy(h->now, f));
   if (weight.force != 0.0) PetscCall(VecAXPBY(f, -weight.force, 1.0 + weight.force, h->before));
   PetscFunctionReturn(0);
@@ -235,15 +231,14 @@ PetscErrorCode DLMPolymerForce(DLMPolymer p, PetscReal time, PetscReal target, P
 PetscErrorCode DLMPolymerGetWork(DLMPolymer p, Vec u, PetscReal *stress_work, PetscReal *stretching)
 {
   const PetscInt n = p->block.n;
-  double        *T[6], *mass = p->scratch;
+  double *const *T = p->r, *mass = p->scratch;
   PetscReal      sum = 0.0;
   Vec            f;
 
   PetscFunctionBeginUser;
-  for (int k = 0; k < 6; k++) T[k] = p->r[k];
   PetscCall(VecDuplicate(u, &f));
   p->n_velocities = 0; /* the elastic stress alone */
-  PetscCall(ExtraStress(p, 0.0, T));
+  PetscCall(DLMPolymerExtraStress(p, 0.0, T));
   PetscCall(Divergence(p, T, f));
   PetscCall(VecDot(f, u, stress_work));
   PetscCall(DLMPolymerSetVelocity(p, p->velocity_time, u));

@@ -10,7 +10,7 @@ static PetscReal Rim(DLMPolymer p)
 }
 
 /* 1 in the layer of depth h below the rim, 2 in the next one, 3 deeper; a node in two spheres takes the deeper mark. */
-static PetscErrorCode Mark(DLMPolymer p, const PetscInt i[3], PetscReal distance)
+static PetscErrorCode Mark(DLMPolymer p, PetscInt sphere, const PetscInt i[3], PetscReal distance)
 {
   char     *mark  = &p->inside[i[0] + p->block.stride[1] * i[1] + p->block.stride[2] * i[2]];
   const int layer = 1 + (int)PetscMin(2.0, (Rim(p) - distance) / p->grid->h);

@@ -21,7 +21,7 @@ PetscErrorCode DLMPolymerVisitNear(DLMPolymer p, PetscReal reach, DLMNearVisit v
             square[d] = x * x + (d < 2 ? square[d + 1] : 0.0);
           }
           if (square[1] >= (a + reach) * (a + reach)) break; /* the whole line is too far */
-          if (square[0] < (a + reach) * (a + reach)) PetscCall(visit(p, i, PetscSqrtReal(square[0]) - a));
+          if (square[0] < (a + reach) * (a + reach)) PetscCall(visit(p, s, i, PetscSqrtReal(square[0]) - a));
         }
   }
   PetscFunctionReturn(0);
@@ -32,21 +32,17 @@ PetscErrorCode DLMPolymerVisitNear(DLMPolymer p, PetscReal reach, DLMNearVisit v
   counts with this part; force and gradient stay adjoint under the masses that it leaves. The kink of the velocity at the surface is smeared over about a
   mesh width, so stresses that are quadratic in the gradient have a radius of their own, as drag and torque have.
 */
-static PetscErrorCode AddNear(DLMPolymer p, const PetscInt i[3], PetscReal distance)
+static PetscErrorCode AddNear(DLMPolymer p, PetscInt sphere, const PetscInt i[3], PetscReal distance)
 {
-  const DLMPolymerBlock *b = &p->block;
-  PetscInt               own[3];
+  PetscInt own;
 
   PetscFunctionBegin;
-  for (int d = 0; d < 3; d++) {
-    own[d] = b->ghost_start[d] + i[d] - b->start[d];
-    if (own[d] < 0 || own[d] >= b->width[d]) PetscFunctionReturn(0);
-  }
+  if (!DLMPolymerOwnedIndex(p, i, &own)) PetscFunctionReturn(0);
   if (p->n_near == p->near_capacity) {
     p->near_capacity = 2 * p->near_capacity + 1024;
     PetscCall(PetscRealloc(p->near_capacity * sizeof(*p->near), &p->near));
   }
-  p->near[p->n_near++] = (DLMNearNode){ own[0] + b->width[0] * (own[1] + b->width[1] * own[2]), PetscMax(0.0, 0.5 - p->stress_offset + distance / p->grid->h) };
+  p->near[p->n_near++] = (DLMNearNode){ own, PetscMax(0.0, 0.5 - p->stress_offset + distance / p->grid->h) };
   PetscFunctionReturn(0);
 }
 

@@ -52,19 +52,31 @@ void DLMSaddleAddFriction(DLMSaddle s, PetscReal *load)
   }
 }
 
-/* The force acts at the gap, arm e from the centre. */
+static void Cross(const PetscReal x[3], const PetscReal y[3], PetscReal z[3])
+{
+  for (int c = 0; c < 3; c++) z[c] = x[(c + 1) % 3] * y[(c + 2) % 3] - x[(c + 2) % 3] * y[(c + 1) % 3];
+}
+
+/*
+  The force acts at the gap, arm e from the centre. What its torque does not explain is a couple m of forces along e beside that point, so the first moment of
+  the traction is arm e f + (e x m) e (L3).
+*/
 static void AddToState(const PetscReal load[6], PetscReal arm, const PetscReal e[3], DLMSphereState *state)
 {
-  const PetscReal third = arm * (e[0] * load[0] + e[1] * load[1] + e[2] * load[2]) / 3.0;
+  static const int a[6] = { 0, 1, 2, 0, 0, 1 }, b[6] = { 0, 1, 2, 1, 2, 2 };
+  const PetscReal  third = arm * (e[0] * load[0] + e[1] * load[1] + e[2] * load[2]) / 3.0;
+  PetscReal        couple[3], beside[3];
 
+  Cross(e, load, couple);
+  for (int c = 0; c < 3; c++) couple[c] = load[3 + c] - arm * couple[c];
+  Cross(e, couple, beside);
   for (int c = 0; c < 3; c++) {
     state->force[c] += load[c];
     state->torque[c] += load[3 + c];
-    state->stresslet[c] += arm * e[c] * load[c] - third;
+    state->stresslet[c] -= third;
   }
-  state->stresslet[3] += 0.5 * arm * (e[0] * load[1] + e[1] * load[0]);
-  state->stresslet[4] += 0.5 * arm * (e[0] * load[2] + e[2] * load[0]);
-  state->stresslet[5] += 0.5 * arm * (e[1] * load[2] + e[2] * load[1]);
+  for (int k = 0; k < 6; k++)
+    state->stresslet[k] += 0.5 * (arm * (e[a[k]] * load[b[k]] + e[b[k]] * load[a[k]]) + beside[a[k]] * e[b[k]] + beside[b[k]] * e[a[k]]);
 }
 
 void DLMSaddleShareFriction(DLMSaddle s)
@@ -75,5 +87,22 @@ void DLMSaddleShareFriction(DLMSaddle s)
     GapLoads(s, gap, load, load + 6);
     AddToState(load, gap->arm[0], gap->e, &s->spheres->state[gap->i]);
     if (gap->j >= 0) AddToState(load + 6, -gap->arm[1], gap->e, &s->spheres->state[gap->j]);
+  }
+}
+
+void DLMSaddleWallFriction(DLMSaddle s, int axis, DLMWallMoments *moments)
+{
+  DLMGrid grid = s->spheres->grid;
+
+  for (PetscInt g = 0; g < s->lubrication.n; g++) {
+    const DLMGap   *gap  = &s->lubrication.gaps[g];
+    const PetscReal wall = grid->lower[axis] + (gap->e[axis] > 0.0 ? grid->cells[axis] * grid->h : 0.0);
+    PetscReal       load[6] = { 0.0 };
+    if (gap->j >= 0 || gap->e[axis] == 0.0) continue;
+    GapLoads(s, gap, load, NULL);
+    for (int c = 0; c < 3; c++) {
+      moments->friction[c] += wall * load[c];
+      moments->widths[c] += gap->e[axis] * gap->width * load[c];
+    }
   }
 }

@@ -118,3 +118,39 @@ PetscErrorCode DLMSaddleStoreResult(DLMSaddle s)
   DLMSaddleShareFriction(s);
   PetscFunctionReturn(0);
 }
+
+PetscErrorCode DLMSaddleGetPointForces(DLMSaddle s, const PetscScalar **lambda)
+{
+  PetscFunctionBeginUser;
+  PetscCall(DLMPairingExpand(s->pairing, s->lambda, s->at_points));
+  *lambda = s->at_points;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSaddleGetWallMoments(DLMSaddle s, int axis, DLMWallMoments *moments)
+{
+  const DLMMarkers *m;
+  DLMGrid           grid;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(moments, sizeof(*moments)));
+  if (!s->scene->n_spheres) PetscFunctionReturn(0);
+  m    = &s->pairing->markers;
+  grid = s->spheres->grid;
+  PetscCall(DLMPairingExpand(s->pairing, s->lambda, s->at_points));
+  for (PetscInt q = 0; q < m->n; q++) {
+    PetscReal x = 0.0, walls = 0.0;
+    for (PetscInt e = m->entry[q]; e < m->entry[q + 1]; e++) {
+      const PetscInt node = m->node[3 * e + axis];
+      x += m->weight[e] * (grid->lower[axis] + grid->h * node);
+      if (node == 0 || node == grid->cells[axis]) walls += (node ? 0.5 : -0.5) * m->weight[e];
+    }
+    for (int c = 0; c < 3; c++) {
+      moments->multipliers[c] += x * s->at_points[3 * q + c];
+      moments->deltas[c] += walls * s->at_points[3 * q + c];
+    }
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, moments, sizeof(*moments) / sizeof(PetscReal), MPIU_REAL, MPI_SUM, s->scene->comm));
+  DLMSaddleWallFriction(s, axis, moments);
+  PetscFunctionReturn(0);
+}

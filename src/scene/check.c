@@ -199,6 +199,8 @@ PetscErrorCode DLMSceneCheck(DLMScene *scene)
   PetscCall(CheckPolymer(scene));
   DLMUserCheck(scene->pairing_degree < 0.0 || scene->pairing_degree == PetscFloorReal(scene->pairing_degree), scene->comm,
                "-pairing_degree %.6g: not an integer; allowed: auto or an integer from 0 to 12", (double)scene->pairing_degree);
+  DLMUserCheck(!scene->output_multipliers || scene->output_fields_every > 0, scene->comm,
+               "-output_multipliers true with -output_fields_every 0, but they are part of the fields; allowed: -output_fields_every of at least 1");
   PetscCall(CheckProcesses(scene));
   PetscCall(CheckWalls(scene));
   for (PetscInt i = 0; i < scene->n_spheres; i++) PetscCall(CheckSphere(scene, i));

@@ -136,6 +136,8 @@ const DLMSceneKey DLMSceneKeys[] = {
   {"Output", "output_every", DLM_KEY_INT, "1", AT(scene.output_every), BETWEEN(1, INFINITY), "steps", "steps between rows of trajectory.csv"},
   {"Output", "output_fields_every", DLM_KEY_INT, "0", AT(scene.output_fields_every), NOT_NEGATIVE, "steps",
    "steps between fields in fields.h5; 0: none"},
+  {"Output", "output_multipliers", DLM_KEY_BOOL, "false", AT(scene.output_multipliers), ANY, "",
+   "with the fields: the points of the spheres' multipliers, the forces there and the tractions of the fluid"},
   {"Output", "progress_every", DLM_KEY_REAL, "5", AT(scene.progress_every), NOT_NEGATIVE, "s", "seconds between progress lines"},
   {"Output", "checkpoint_every", DLM_KEY_INT, "0", AT(scene.checkpoint_every), NOT_NEGATIVE, "steps",
    "steps between checkpoints, checkpoint.h5 in the output folder; 0: none"},

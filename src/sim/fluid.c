@@ -95,6 +95,24 @@ static PetscErrorCode SolveFirstFlow(DLMSimulation sim, PetscReal t, PetscReal t
   PetscFunctionReturn(0);
 }
 
+/* The multipliers hold the jump of the traction; with the moment of its inner side, which is the stress in the sphere, the stresslet is that of the outer one (B7). */
+static PetscErrorCode CompleteStresslets(DLMSimulation sim)
+{
+  DLMSphereState  *state;
+  const PetscReal *stress;
+  PetscInt         n;
+
+  PetscFunctionBegin;
+  if (!sim->spheres) PetscFunctionReturn(0);
+  PetscCall(DLMPolymerGetInsideStress(sim->polymer, &stress));
+  PetscCall(DLMSpheresGetStates(sim->spheres, &n, &state));
+  for (PetscInt i = 0; i < n; i++) {
+    const PetscReal *inside = stress + 6 * i, trace = (inside[0] + inside[1] + inside[2]) / 3.0;
+    for (int k = 0; k < 6; k++) state[i].stresslet[k] += inside[k] - (k < 3 ? trace : 0.0);
+  }
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode DLMSimulationSolveFlow(DLMSimulation sim, PetscReal t, PetscReal dt, DLMInertia inertia)
 {
   PetscReal target;
@@ -104,6 +122,7 @@ PetscErrorCode DLMSimulationSolveFlow(DLMSimulation sim, PetscReal t, PetscReal 
   PetscFunctionBegin;
   if (!sim->polymer) {
     PetscCall(SolveSaddle(sim, inertia));
+    sim->flowing = PETSC_TRUE;
     PetscFunctionReturn(0);
   }
   PetscCall(DLMSplitGetScheme(sim->ts, NULL, &order));
@@ -117,6 +136,7 @@ PetscErrorCode DLMSimulationSolveFlow(DLMSimulation sim, PetscReal t, PetscReal 
     PetscCall(SolveSaddle(sim, inertia));
   }
   sim->flowing = PETSC_TRUE;
+  PetscCall(CompleteStresslets(sim));
   PetscCall(DLMSaddleGetFluid(sim->saddle, &x));
   PetscCall(DLMPolymerSetVelocity(sim->polymer, target, x));
   PetscFunctionReturn(0);

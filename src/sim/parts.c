@@ -212,12 +212,50 @@ static PetscErrorCode Trajectory(DLMSimulation sim, DLMPartRecord *part)
   PetscFunctionReturn(0);
 }
 
+static PetscErrorCode Bulk(DLMSimulation sim, DLMPartRecord *part)
+{
+  DLMShear shear;
+
+  PetscFunctionBegin;
+  if (DLMSceneGetShear(sim->scene, &shear)) PetscCall(Say(part, PETSC_TRUE, "bulk.csv, -output_every %ld: walls shear the box at the rate %.4g", (long)sim->scene->output_every, (double)shear.rate));
+  else PetscCall(Say(part, PETSC_FALSE, "no shear between two walls alone"));
+  PetscFunctionReturn(0);
+}
+
+static void SizeText(PetscReal bytes, char text[32])
+{
+  static const char *const units[] = { "bytes", "kB", "MB", "GB", "TB" };
+  int                      k       = 0;
+
+  for (; bytes >= 1000.0 && k < 4; k++) bytes /= 1000.0;
+  snprintf(text, 32, "%.3g %s", (double)bytes, units[k]);
+}
+
+/* With the size of an output and, if the steps are known, of all of a run that starts anew: a disk too small is seen in time. */
 static PetscErrorCode Fields(DLMSimulation sim, DLMPartRecord *part)
 {
   const PetscInt every = sim->scene->output_fields_every;
+  PetscReal      bytes = 0.0, end, steps;
+  PetscInt       most;
+  char           one[32], run[48] = "";
 
   PetscFunctionBegin;
-  PetscCall(Say(part, (PetscBool)(every > 0), "%s-output_fields_every %ld", every ? "fields.h5 and fields.xmf, " : "", (long)every));
+  if (!every) {
+    PetscCall(Say(part, PETSC_FALSE, "-output_fields_every 0"));
+    PetscFunctionReturn(0);
+  }
+  PetscCall(DLMFieldsGetBytes(sim, &bytes));
+  PetscCall(TSGetMaxTime(sim->ts, &end));
+  PetscCall(TSGetMaxSteps(sim->ts, &most));
+  steps = PetscMin(PetscCeilReal(end / sim->scene->ts_dt - 1e-9), (PetscReal)most);
+  SizeText(bytes, one);
+  if (!sim->adapt.exists) {
+    SizeText(bytes * (1.0 + PetscCeilReal(steps / every)), run + 2);
+    run[0] = ',';
+    run[1] = ' ';
+    PetscCall(PetscStrlcat(run, " in all", sizeof(run)));
+  }
+  PetscCall(Say(part, PETSC_TRUE, "fields.h5 and fields.xmf, -output_fields_every %ld: %s each%s", (long)every, one, run));
   PetscFunctionReturn(0);
 }
 
@@ -256,6 +294,7 @@ static const PartRow rows[DLM_N_PARTS] = {
   [DLM_PART_STEPPING]        = { "time stepping", Stepping },
   [DLM_PART_STEP_COPY]       = { "copy of the step", StepCopy },
   [DLM_PART_TRAJECTORY]      = { "trajectory", Trajectory },
+  [DLM_PART_BULK]            = { "bulk stress", Bulk },
   [DLM_PART_FIELDS]          = { "fields", Fields },
   [DLM_PART_CHECKPOINTS]     = { "checkpoints", Checkpoints },
   [DLM_PART_WORK]            = { "work of the steps", Work },

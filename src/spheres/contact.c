@@ -51,6 +51,7 @@ PetscErrorCode DLMContactCreate(const DLMScene *scene, PetscBool lubricated, DLM
 {
   PetscFunctionBeginUser;
   contact->largest   = 0.0;
+  PetscCall(PetscArrayzero(contact->moment, 6));
   contact->range     = scene->contact_range < 0.0 ? AutoRange(scene, lubricated) : scene->contact_range;
   contact->stiffness = scene->contact_stiffness;
   if (contact->stiffness < 0.0) {
@@ -69,6 +70,14 @@ static PetscReal Repulsion(const DLMContact *contact, PetscReal touching, PetscR
   return overlap > 0.0 ? stiffness * overlap * overlap : 0.0;
 }
 
+/* moment -= f d d / |d|: two bodies d apart push each other with f. Order 11, 22, 33, 12, 13, 23. */
+static void AddMoment(DLMContact *contact, PetscReal f, const PetscReal d[3], PetscReal distance)
+{
+  static const int i[6] = { 0, 1, 2, 0, 0, 1 }, j[6] = { 0, 1, 2, 1, 2, 2 };
+
+  for (int k = 0; k < 6; k++) contact->moment[k] -= f * d[i[k]] * d[j[k]] / distance;
+}
+
 PetscErrorCode DLMContactForces(DLMContact *contact, DLMSpheres spheres, PetscReal *force)
 {
   DLMGrid  grid = spheres->grid;
@@ -76,6 +85,7 @@ PetscErrorCode DLMContactForces(DLMContact *contact, DLMSpheres spheres, PetscRe
 
   PetscFunctionBegin;
   PetscCall(PetscArrayzero(force, 3 * spheres->n));
+  PetscCall(PetscArrayzero(contact->moment, 6));
   if (!contact->exists) PetscFunctionReturn(0);
   PetscCall(DLMSpheresFindPairs(spheres, contact->range, &n, &pairs));
   for (PetscInt k = 0; k < n; k++) {
@@ -89,6 +99,7 @@ PetscErrorCode DLMContactForces(DLMContact *contact, DLMSpheres spheres, PetscRe
       force[3 * i + c] -= f * d[c] / distance;
       force[3 * j + c] += f * d[c] / distance;
     }
+    AddMoment(contact, f, d, distance);
     contact->largest = PetscMax(contact->largest, f);
   }
   PetscCall(PetscFree(pairs));
@@ -100,6 +111,7 @@ PetscErrorCode DLMContactForces(DLMContact *contact, DLMSpheres spheres, PetscRe
       lower = Repulsion(contact, touching, 2.0 * x, 2.0 * contact->stiffness);
       upper = Repulsion(contact, touching, 2.0 * (grid->cells[d] * grid->h - x), 2.0 * contact->stiffness);
       force[3 * i + d] += lower - upper;
+      contact->moment[d] -= lower * x + upper * (grid->cells[d] * grid->h - x);
       contact->largest = PetscMax(contact->largest, PetscMax(lower, upper));
     }
   PetscFunctionReturn(0);

@@ -54,6 +54,7 @@ CASES = [
     ("-pairing_points edge", {}, r"-pairing_points edge: .* allowed: volume or surface"),
     ("-pairing_spacing 0.3", {}, r"-pairing_spacing 0\.3: '0\.3' is out of range; allowed: .* from 0\.4 to 4"),
     ("-pairing_degree 2.5", {}, r"-pairing_degree 2\.5: not an integer; allowed: auto or an integer"),
+    ("-output_multipliers 1", {}, r"-output_multipliers true with -output_fields_every 0, but they are part of the fields; allowed: -output_fields_every of at least 1"),
     ("-pairing_degree 13", {}, r"-pairing_degree 13: '13' is out of range"),
     ("-pairing_compliance soft", {}, r"-pairing_compliance soft: 'soft' is not a number"),
     ("-checkpoint_every -1", {}, r"-checkpoint_every -1: '-1' is out of range; allowed: an integer >= 0, in steps"),

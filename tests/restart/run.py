@@ -24,7 +24,7 @@ def legs():
         run(scene + " -ts_max_steps 7 -checkpoint_every 100", folder + "0")
         run(scene + " -ts_max_steps 3 -checkpoint_every 2", folder)
         run(scene + f" -ts_max_steps 7 -checkpoint_every 100 -restart {checkpoint(folder)}", folder)
-        good = same_state(folder, folder + "0")
+        good = same_state(folder, folder + "0") and text(folder, "bulk.csv") == text(folder + "0", "bulk.csv")
         if "centers" in scene:
             x1 = rows(folder)
             x1 = x1[x1[:, 2] == 0, 3]
@@ -46,8 +46,11 @@ def legs():
     run(scene + f" -ts_max_steps 9 -restart {checkpoint('past_copy')}", "past")
     with open(os.path.join(place("past"), "trajectory.csv"), "a", encoding="utf-8") as file:
         file.write("10,0.5,0,0.12")  # a row that was being written
+    with open(os.path.join(place("past"), "bulk.csv"), "a", encoding="utf-8") as file:
+        file.write("10,0.5,3")
     run(scene + f" -ts_max_steps 10 -restart {checkpoint('past_copy')}", "past")
-    check(text("past") == text("past0"), "trajectory.csv written past the checkpoint is cut there and continued")
+    for name in ("trajectory.csv", "bulk.csv"):
+        check(text("past", name) == text("past0", name), f"{name} written past the checkpoint is cut there and continued")
     check(same_fields("past", "past0"), f"so is fields.h5, {sorted(n for n in fields('past') if n.endswith('velocity') and 'spheres' not in n)}")
     check(text("past", "fields.xmf") == text("past0", "fields.xmf"), "and fields.xmf")
     # what may change
@@ -114,6 +117,15 @@ def refused():
     damaged("another version", re.sub(rb"format \d+\n", b"format 7\n", whole, count=1), r"has format 7, written by dlmfd \S+; allowed: format \d+, that of this dlmfd")
     refusal("-checkpoint_every -1", "-checkpoint_every -1: '-1' is out of range", scene + " -checkpoint_every -1", "none")
     check(not os.path.exists(place("none")), "nothing was written")
+
+    # rows of another version
+    kept = text("good")
+    with open(os.path.join(place("good"), "trajectory.csv"), "wb") as file:
+        file.write(kept.replace(b",S11,S12,S13,S22,S23,S33", b"", 1))
+    refusal("other columns", r"-output_dir \S+: \S+trajectory\.csv has other columns than this version writes; allowed: files of this version, or none: move this one away",
+            again, "good", ranks=2)
+    with open(os.path.join(place("good"), "trajectory.csv"), "wb") as file:
+        file.write(kept)
 
     # the checkpoint cannot be written: the full device, and a folder in its way
     kept = text("good", "checkpoint.h5")

@@ -15,7 +15,7 @@ import xml.etree.ElementTree as ElementTree
 import h5py
 import numpy
 
-COMPONENTS = {"Scalar": (), "Vector": (3,), "Tensor6": (6,)}
+COMPONENTS = {"Scalar": (), "Vector": (3,), "Matrix": (6,)}
 KINDS = {"Float": "f", "Int": "i"}
 
 
@@ -78,14 +78,16 @@ def check_mesh(grid, folder):
             require(numpy.array_equal(first, last), f"{name}: not closed along x{3 - axis}")
 
 
-def check_spheres(grid, folder):
-    topology = grid.find("Topology")
+def check_points(grid, folder):
+    name, topology = grid.get("Name"), grid.find("Topology")
     count = int(topology.get("NumberOfElements"))
     ids = read_item(topology.find("DataItem"), folder)
-    require(numpy.array_equal(ids, numpy.arange(count)), "spheres: ids are not 0..n-1")
-    centers = read_item(grid.find("Geometry/DataItem"), folder)
-    require(centers.shape == (count, 3), f"spheres: centers of shape {centers.shape}")
-    require((check_attributes(grid, (count,), folder)["radius"] > 0).all(), "spheres: radius not positive")
+    require(numpy.array_equal(ids, numpy.arange(count)), f"{name}: ids are not 0..n-1")
+    positions = read_item(grid.find("Geometry/DataItem"), folder)
+    require(positions.shape == (count, 3) and numpy.isfinite(positions).all(), f"{name}: positions of shape {positions.shape}")
+    arrays = check_attributes(grid, (count,), folder)
+    require(numpy.array_equal(arrays["id"], ids), f"{name}: id is no array of its own")
+    require(name != "spheres" or (arrays["radius"] > 0).all(), "spheres: radius not positive")
 
 
 def check(path):
@@ -99,7 +101,7 @@ def check(path):
             if grid.find("Topology").get("TopologyType") == "3DCoRectMesh":
                 check_mesh(grid, folder)
             else:
-                check_spheres(grid, folder)
+                check_points(grid, folder)
     require(times == sorted(set(times)), f"times do not ascend: {times}")
     return len(times)
 

@@ -22,7 +22,7 @@ STEPS = 2
 # Coarse enough to take seconds: cells per unit length, where the scene's spheres allow it.
 COARSE = 16
 COARSE_OF = {}
-HEADER = "step,time,sphere,x1,x2,x3,V1,V2,V3,omega1,omega2,omega3,F1,F2,F3,T1,T2,T3"
+HEADER = "step,time,sphere,x1,x2,x3,V1,V2,V3,omega1,omega2,omega3,F1,F2,F3,T1,T2,T3,S11,S12,S13,S22,S23,S33"
 COMMAND = re.compile(r"^#\s+dlmfd (input/\S+\.yaml.*)$")
 
 # One solve without inertia gives the velocities of spheres that balance their forces at the start.
@@ -108,7 +108,9 @@ def check_files(launch, path, folder):
     require(summary["steps"] == STEPS, f"summary.json: {summary['steps']} steps, {STEPS} asked for")
     require(summary["ranks"] == int(RANKS), f"summary.json: {summary['ranks']} ranks, {RANKS} asked for")
     require(len(rows) == spheres * (STEPS + 1), f"trajectory.csv: {len(rows)} rows for {spheres} spheres, {STEPS} steps")
-    expected = ["fields", "fields.h5", "fields.xmf", "summary.json"] + ["trajectory.csv"] * (spheres > 0)
+    scene = summary["scene"]
+    sheared = scene["box_periodic"] == [True, True, False] and scene["wall_velocity_lower"] != scene["wall_velocity_upper"]
+    expected = ["bulk.csv"] * sheared + ["fields", "fields.h5", "fields.xmf", "summary.json"] + ["trajectory.csv"] * (spheres > 0)
     require(sorted(os.listdir(folder)) == expected,
             f"unexpected files: {sorted(os.listdir(folder))}")
 

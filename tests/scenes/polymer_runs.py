@@ -10,7 +10,7 @@ import tempfile
 import h5py
 import numpy
 
-XX, XY, XZ, YY, YZ, ZZ = range(6)  # components of C in fields.h5
+XX, YY, ZZ, XY, YZ, XZ = range(6)  # components of C in fields.h5
 ENTRY = {(0, 0): XX, (0, 1): XY, (0, 2): XZ, (1, 1): YY, (1, 2): YZ, (2, 2): ZZ}
 QUIET = " -progress_every 1000"
 program, mpirun, folder, runs, failed = "", [], "", 0, 0
@@ -27,7 +27,13 @@ class Run:
         spheres = self.summary["scene"]["n_spheres"]
         if spheres:
             with open(os.path.join(path, "trajectory.csv"), newline="", encoding="utf-8") as file:
-                self.rows = numpy.array([[float(x) for x in row] for row in list(csv.reader(file))[1:]]).reshape(-1, spheres, 18)
+                self.rows = numpy.array([[float(x) for x in row] for row in list(csv.reader(file))[1:]]).reshape(-1, spheres, 24)
+
+    def bulk(self):
+        """The columns of bulk.csv by name."""
+        with open(os.path.join(self.path, "bulk.csv"), newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        return {name: numpy.array([float(row[name]) for row in rows]) for name in rows[0]}
 
     def steps(self):
         with h5py.File(os.path.join(self.path, "fields.h5"), "r") as file:

@@ -19,7 +19,7 @@ import tempfile
 import numpy
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-GROUPS = {"x": 3, "V": 6, "omega": 9, "F": 12, "T": 15}
+GROUPS = {"x": slice(3, 6), "V": slice(6, 9), "omega": slice(9, 12), "F": slice(12, 15), "T": slice(15, 18), "S": slice(18, 24)}
 TIGHT = " -saddle_rtol 1e-11 -progress_every 1000"
 RADIUS = 0.15
 SHEAR = " -wall_velocity_lower -0.5,0,0 -wall_velocity_upper 0.5,0,0"
@@ -39,14 +39,14 @@ def run(name, options, ranks=1):
     with open(os.path.join(FOLDER, name, "trajectory.csv"), newline="") as file:
         rows = [[float(x) for x in row] for row in list(csv.reader(file))[1:]]
     spheres = 1 + int(max(row[2] for row in rows))
-    return numpy.array(rows).reshape(-1, spheres, 18)
+    return numpy.array(rows).reshape(-1, spheres, 24)
 
 
 def difference(a, b, groups):
     """Largest difference of each group of columns."""
     result = {}
     for group in groups:
-        part = slice(GROUPS[group], GROUPS[group] + 3)
+        part = GROUPS[group]
         size = RADIUS if group == "x" else max(abs(b[..., part]).max(), 1e-3)
         result[group] = abs(a[..., part] - b[..., part]).max() / size
     return result
@@ -109,7 +109,7 @@ def outputs():
     subprocess.run([sys.executable, os.path.join(HERE, "check_xdmf.py"), os.path.join(FOLDER, "fields", "fields.xmf"), "--steps", "3"], check=True)
     kept = sorted(os.listdir(os.path.join(FOLDER, "none")))
     print(f"without fields: {kept}")
-    good = kept == ["summary.json", "trajectory.csv"]
+    good = kept == ["bulk.csv", "summary.json", "trajectory.csv"]
     for name in ("fields", "none"):
         with open(os.path.join(FOLDER, name, "summary.json")) as file:
             summary = json.load(file)

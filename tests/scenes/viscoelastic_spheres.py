@@ -12,7 +12,7 @@ import re
 import numpy
 
 import polymer_runs
-from polymer_runs import check, launch, run
+from polymer_runs import XX, XY, XZ, YY, YZ, ZZ, check, launch, run
 
 RADIUS = 0.15
 SHEAR = " -wall_velocity_lower -0.5,0,0 -wall_velocity_upper 0.5,0,0"
@@ -131,8 +131,8 @@ def health():
     scene = BOX.replace("1e-9", "1e-6") + "-sphere_centers 0.02,0.01,0.1 -sphere_motion rotate" + SHEAR
     found = run(scene + " -ts_dt 0.05 -ts_max_time 0.5 -ts_split_scheme strang -output_fields_every 1" + OLDROYD + "0.5")
     tensors = [found.field("conformation", step) for step in found.steps()]
-    traces = [(c[..., 0] + c[..., 3] + c[..., 5]).max() for c in tensors]
-    least = [numpy.linalg.eigvalsh(c[..., [[0, 1, 2], [1, 3, 4], [2, 4, 5]]])[..., 0] for c in tensors]
+    traces = [found.field("conformation_trace", step).max() for step in found.steps()]
+    least = [numpy.linalg.eigvalsh(c[..., [[XX, XY, XZ], [XY, YY, YZ], [XZ, YZ, ZZ]]])[..., 0] for c in tensors]
     last = min(range(len(least)), key=lambda k: least[k].min())
     node = [-0.5 + i / 16 for i in numpy.unravel_index(least[last].argmin(), least[last].shape)]
     p = found.polymer

@@ -19,6 +19,7 @@
 static const PetscInt  fine[3] = {8, 6, 5}, coarse[3] = {4, 3, 3};
 static const PetscBool periodic[3] = {PETSC_TRUE, PETSC_TRUE, PETSC_FALSE};
 static const PetscReal origin[3] = {-0.8, -0.6, -0.4}, h[3] = {0.2, 0.2, 0.2}, h2[3] = {0.4, 0.4, 0.4};
+enum { POINTS = 28 };
 static char            dir[64], message[512];
 static PetscMPIInt     rank;
 
@@ -58,6 +59,22 @@ static void WriteField(DLMFieldFile file, const char *mesh, const char *name, co
   Call(DMDestroy(&da));
 }
 
+/* Two sets of points; point i of the second one is at (time + i, -i, 0.5 i) and belongs to i mod 3. */
+static void WritePoints(DLMFieldFile file, double time)
+{
+  const PetscReal x[6] = {time, 1, 2, 3, 4, 5}, radius[2] = {0.1, 0.2}, V[6] = {1, 0, 0, -1, 0, 0};
+  PetscReal       y[3 * POINTS];
+  int             owner[POINTS];
+
+  for (int i = 0; i < POINTS; i++) {
+    owner[i] = i % 3;
+    for (int d = 0; d < 3; d++) y[3 * i + d] = d == 0 ? time + i : d == 1 ? -i : 0.5 * i;
+  }
+  Call(DLMFieldFileWritePoints(file, "spheres", 2, 3, (DLMPointArray[]){{"center", 3, x}, {"radius", 1, radius}, {"velocity", 3, V}}));
+  Call(DLMFieldFileWritePoints(file, "points", POINTS, 3, (DLMPointArray[]){{"place", 3, y}, {"owner", 0, owner}, {"twice", 3, y}}));
+  Call(DLMFieldFileWritePoints(file, "nothing", 0, 3, (DLMPointArray[]){{"place", 3, y}}));
+}
+
 /* Returns what DLMFieldFileEndStep says, and the path. */
 static char failed_path[PETSC_MAX_PATH_LEN];
 
@@ -65,15 +82,11 @@ static int WriteStep(DLMFieldFile file, PetscInt step, double time)
 {
   int failed;
 
-  const PetscReal x[6] = {time, 1, 2, 3, 4, 5}, radius[2] = {0.1, 0.2}, V[6] = {1, 0, 0, -1, 0, 0},
-                  omega[6] = {0, 0.5, 0, 0, 0.5, 0};
-
   Call(DLMFieldFileBeginStep(file, step, time));
   WriteField(file, "velocity", "velocity", fine, 3, time);
   WriteField(file, "velocity", "conformation", fine, 6, time);
   WriteField(file, "pressure", "pressure", coarse, 1, time);
-  if (rank == 0) Call(DLMFieldFileWriteSpheres(file, 2, x, radius, V, omega));
-  else Call(DLMFieldFileWriteSpheres(file, 0, NULL, NULL, NULL, NULL));
+  WritePoints(file, time);
   Call(DLMFieldFileEndStep(file, &failed, failed_path));
   return failed;
 }
@@ -116,6 +129,23 @@ static void CheckField(hid_t h5, const char *path, const PetscInt n[3], PetscInt
   free(values);
 }
 
+static void CheckPoints(hid_t h5, PetscInt step, double time)
+{
+  static const char *const names[4] = {"place", "twice", "id", "owner"};
+  char                     path[64];
+
+  for (int k = 0; k < 4; k++) {
+    double *values;
+    snprintf(path, sizeof(path), DLM_STEP_NAME "/points/%s", step, names[k]);
+    values = Read(h5, path, POINTS, k < 2 ? 3 : 0, 0, 0);
+    for (int i = 0; i < POINTS; i++) {
+      if (k < 2) assert_true(values[3 * i] == time + i && values[3 * i + 1] == -i && values[3 * i + 2] == 0.5 * i);
+      else assert_true(values[i] == (k == 2 ? i : i % 3));
+    }
+    free(values);
+  }
+}
+
 static void CheckStep(hid_t h5, PetscInt step, double time)
 {
   char    path[64];
@@ -138,6 +168,7 @@ static void CheckStep(hid_t h5, PetscInt step, double time)
   x = Read(h5, path, 2, 3, 0, 0);
   assert_true(x[0] == time && x[5] == 5);
   free(x);
+  CheckPoints(h5, step, time);
 }
 
 static hid_t OpenSerially(void)
@@ -149,7 +180,7 @@ static hid_t OpenSerially(void)
 }
 
 /* The text of fields.xmf, and how often it holds a word. */
-static char xmf[32768];
+static char xmf[65536];
 
 static void ReadXmf(void)
 {
@@ -215,7 +246,11 @@ static void ContinuesAfterARestart(void **state)
     ReadXmf();
     assert_int_equal(CountInXmf("<Time "), 4);
     assert_int_equal(CountInXmf("Name=\"velocity\" AttributeType=\"Vector\""), 8);
-    assert_int_equal(CountInXmf("Tensor6"), 4);
+    assert_int_equal(CountInXmf("Name=\"twice\" AttributeType=\"Vector\""), 4);
+    assert_int_equal(CountInXmf("Name=\"owner\" AttributeType=\"Scalar\""), 4);
+    assert_int_equal(CountInXmf("/points/place<"), 4);
+    assert_int_equal(CountInXmf("Grid Name=\"nothing\""), 0);
+    assert_int_equal(CountInXmf("AttributeType=\"Matrix\""), 4);
     assert_int_equal(CountInXmf("step_0000030"), 0);
   }
 }
