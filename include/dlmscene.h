@@ -169,11 +169,12 @@ PETSC_EXTERN PetscErrorCode DLMOptionsInsert(MPI_Comm comm, int argc, char **arg
 PETSC_EXTERN PetscBool DLMOptionsAskVersion(int argc, char **argv);
 
 /*
-  User-facing errors: DLMUserCheck(cond, comm, fmt, ...) raises PETSC_ERR_USER_INPUT when cond is false. Collective: cond
-  must agree on all ranks. DLMErrorHandler (pushed by main) prints such an error as the one line "dlmfd: error: ..." on
-  rank 0 and every other error as PETSc does.
+  User-facing errors: DLMUserCheck(cond, comm, fmt, ...) raises PETSC_ERR_USER_INPUT when cond is false. Collective: cond must agree on all ranks.
+  DLMErrorHandler (pushed by main) prints such an error, and what else a user can mend, as the one line "dlmfd: error: ..." and every other error as PETSc
+  does; DLMErrorIsUsers tells which kind came last.
 */
 #define DLMUserCheck(cond, comm, ...) PetscCheck(cond, comm, PETSC_ERR_USER_INPUT, __VA_ARGS__)
+PETSC_EXTERN PetscBool      DLMErrorIsUsers(void);
 PETSC_EXTERN PetscErrorCode DLMErrorHandler(MPI_Comm, int, const char *, const char *, PetscErrorCode, PetscErrorType,
                                             const char *, void *);
 #endif

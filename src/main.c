@@ -49,7 +49,7 @@ int main(int argc, char **argv)
   if (DLMInitialize(argc, argv, help)) return 1;
   if (PetscPushErrorHandler(DLMErrorHandler, NULL)) return 1;
   ierr = Run(argc, argv, &stopped);
-  if (ierr && ierr != PETSC_ERR_USER_INPUT && ierr != PETSC_ERR_NOT_CONVERGED) MPI_Abort(MPI_COMM_WORLD, ierr == PETSC_ERR_MEM ? 2 : 1); /* the other ranks do not know */
+  if (ierr && (ierr == PETSC_ERR_MEM || !DLMErrorIsUsers())) MPI_Abort(MPI_COMM_WORLD, DLMErrorIsUsers() ? 2 : 1); /* the other ranks do not know */
   if (PetscFinalize()) return 1;
   return ierr ? 2 : (stopped ? 3 : 0); /* 3: a signal ended the run, -restart continues it */
 }

@@ -1,7 +1,7 @@
 #include <sys/resource.h>
 #include "../../include/private/memory.h"
 #if defined(__SANITIZE_ADDRESS__)
-  #include <sanitizer/allocator_interface.h>
+size_t __sanitizer_get_current_allocated_bytes(void); /* the header of the sanitizers is not everywhere where they are */
 #elif defined(__GLIBC__)
   #include <malloc.h>
 #endif

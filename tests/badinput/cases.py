@@ -18,6 +18,14 @@ CASES = [
     ("-ts_tdt 0.1", {}, r"-ts_tdt 0\.1: no object of this run reads this key; did you mean -ts_dt\?"),
     ("-stokes_velocty_pc_type foo", {}, r"-stokes_velocty_pc_type foo: no object of this run reads this key"),
     ("-stokes_velocty_pc_type foo", {}, r"-stokes_velocty_pc_type foo: no object of this run reads this key", 2),
+    # keys that PETSc reads
+    ("-stokes_pc_type foo", {}, r"-stokes_pc_type foo: Unable to find requested PC type foo; allowed: what PETSc's manual has for this key"),
+    ("-stokes_pc_type foo", {}, r"-stokes_pc_type foo: Unable to find requested PC type foo; allowed", 2),
+    ("-ts_type foo", {}, r"-ts_type foo: Unknown TS type: foo; allowed"),
+    ("-stokes_ksp_error_if_not_converged maybe", {}, r"-stokes_ksp_error_if_not_converged maybe: Unknown logical value: maybe; allowed"),
+    (SPHERE + " -saddle_fieldsplit_bodies_ksp_max_it 1.5", {}, r"-saddle_fieldsplit_bodies_ksp_max_it 1\.5: Input string 1\.5 has no integer value .*; allowed"),
+    (SPHERE + " -saddle_split zzz", {}, r"-saddle_split zzz: Unknown option zzz for -saddle_split\. Available options: fluid velocity"),
+    ("-ts_monitor foo:bar", {}, r"-ts_monitor foo:bar: Unknown PetscViewer type given: foo; allowed"),
     # arguments
     ("-box_size 3 2 1", {}, r"argument 2 belongs to no key; allowed: dlmfd SCENE -key value"),
     ("-ts_dt 0.1 scene.yaml", {"scene.yaml": ""}, r"argument scene\.yaml belongs to no key; allowed: dlmfd SCENE -key"),

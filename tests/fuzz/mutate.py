@@ -56,7 +56,7 @@ def key(chance, keys):
     if pick < 0.75:
         return misspelt(chance, chance.choice(list(keys)))
     if pick < 0.85:
-        return chance.choice(["ts_type", "ksp_rtol", "saddle_ksp_type", "stokes_velocity_pc_type", "options_file", "prefix_push", "log_view_", "malloc", "on_error_abort", "mat_type", "info_"])
+        return chance.choice(["ts_type", "stokes_ksp_type", "stokes_pc_type", "saddle_fieldsplit_bodies_ksp_max_it", "saddle_split", "ts_monitor", "ksp_rtol", "saddle_ksp_type", "stokes_velocity_pc_type", "options_file", "prefix_push", "log_view_", "malloc", "on_error_abort", "mat_type", "info_"])
     return chance.choice(["", "-", "--", "1", "-1", " ", "é", "a" * 300, "a" * 600, "b" * 6000, "a.b", "a:b", "a b", "\t", "?", "*x", "&x", "<<", "\x01", "_", "[1]", "{a}"])
 
 

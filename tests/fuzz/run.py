@@ -23,7 +23,7 @@ PETSC_USER_INPUT = 95  # PETSc's code of a user error
 LIMIT = 90             # seconds a process may take for one input, on a busy machine
 ENV = dict(os.environ, ASAN_OPTIONS="detect_leaks=0:allocator_may_return_null=1", UBSAN_OPTIONS="print_stacktrace=1", OMP_NUM_THREADS="1")
 SUBJECT = re.compile(r"^dlmfd: error: (-|options file |argument |sphere |the )")
-REMEDY = re.compile(r"allowed|did you mean|all keys")
+REMEDY = re.compile(r"allowed|did you mean|all keys|Available options")
 
 
 def keys_of(table):

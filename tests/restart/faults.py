@@ -314,7 +314,7 @@ def kills(count):
     """Runs of 12 steps that write everything every step, each killed, continued, killed again; the last leg ends as the run that was not killed."""
     options, chosen = " -ts_max_steps 12 -checkpoint_every 1 -output_fields_every 1", list(AIMS)
     struck, caught, leg = dict.fromkeys(AIMS, 0), dict.fromkeys(AIMS, 0), 0
-    while sum(struck.values()) < count:
+    while sum(struck.values()) < count and leg < count:
         ranks = 2 if leg % 4 == 3 else 1
         whole, here, begun = f"never{ranks}", f"killed{leg}", time.time()
         if not os.path.exists(place(whole)):
@@ -322,6 +322,7 @@ def kills(count):
             span = time.time() - begun
         for k in range(7):
             name = chosen[0]
+            chosen.append(chosen.pop(0))
             restart = f" -restart {checkpoint(here)}" if os.path.exists(checkpoint(here)) else ""
             process = start(SCENE + options + restart, here, ranks)
             last = k == 6 or sum(struck.values()) >= count
@@ -330,7 +331,6 @@ def kills(count):
                 if process.returncode:
                     check(False, f"{here}: exit code {process.returncode} {error.strip()}")
                 break
-            chosen.append(chosen.pop(0))
             struck[name] += 1
             caught[name] += bool(AIMS[name] and unfinished(place(here), AIMS[name]))
             if os.path.exists(os.path.join(place(here), "fields.xmf")):
@@ -341,7 +341,7 @@ def kills(count):
         leg += 1
     for name in AIMS:
         print(f"  {struck[name]} kills {name}" + (f", {caught[name]} of them left it unfinished" if AIMS[name] else ""))
-    check(sum(caught.values()) > 0, f"{sum(struck.values())} kills in {leg} runs; every output stayed readable and every run ended as the one that was not killed")
+    check(sum(caught.values()) > 0 and sum(struck.values()) >= count, f"{sum(struck.values())} kills in {leg} runs; every output stayed readable and every run ended as the one that was not killed")
 
 
 if __name__ == "__main__":
