@@ -50,7 +50,8 @@ static PetscErrorCode VelocityNorm(DLMSimulation sim, Vec x, PetscReal *norm)
 static PetscErrorCode SolveFirstFlow(DLMSimulation sim, PetscReal t, PetscReal target, PetscInt order, DLMInertia inertia)
 {
   const DLMScene *scene = sim->scene;
-  const PetscReal solvent = scene->fluid_model == DLM_FLUID_CARREAU ? 0.0 : scene->retardation_time / scene->relaxation_time; /* a thinning solvent: any part */
+  const PetscBool thins   = (PetscBool)(scene->fluid_model == DLM_FLUID_CARREAU && scene->carreau_n < 1.0); /* to any part of the viscosity */
+  const PetscReal solvent = thins ? 0.0 : scene->retardation_time / scene->relaxation_time;
   const PetscReal low = PetscMax(solvent, 0.05), theta = 0.5 * (1.0 + low), delta = 0.5 * (1.0 - low);
   PetscReal       rho = delta / theta, size, change;
   DLMSphereState *state, *start = NULL;
