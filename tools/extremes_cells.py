@@ -93,7 +93,8 @@ def carreau():
 def time_step():
     """
     Steps of 1e-4 to 1 at a shear rate of 1, 100 short ones or up to t = 4: a pair that passes, a sphere that turns, a pair all but touching, a sphere that settles on
-    a wall. Repulsion is explicit: without friction across the gap a step of 1 throws a pair apart by up to 13 h or carries a sphere through a wall, which ends the run.
+    a wall. Friction across the gap keeps Newtonian pairs; in Oldroyd-B the repulsion is all there is, and too long a step may carry a sphere through a wall, which ends
+    the run.
     """
     for dt in (1e-4, 1e-3, 1e-2, 0.1, 0.5, 1):
         end = 4 if dt >= 0.1 else 100 * dt
@@ -105,7 +106,7 @@ def time_step():
         for scheme in ("lie", "strang"):
             near = "-0.155,0,0.02,0.155,0,-0.02"
             steps = dict(ts_dt=dt, ts_max_time=max(2, 4 * dt), ts_split_scheme=scheme)
-            yield Cell("dt", f"{dt} {scheme}, pair at h/6", PAIR | steps | dict(sphere_centers=near), "last_gap", -0.5, 16 if dt == 1 else 2)
+            yield Cell("dt", f"{dt} {scheme}, pair at h/6", PAIR | steps | dict(sphere_centers=near), "last_gap", -0.5, 2)
             settling = SHEAR | steps | dict(sphere_centers="0,0,-0.25", sphere_density=2, gravity="0,0,-10")
             yield Cell("dt", f"{dt} {scheme}, settles on a wall", settling, "smallest_gap_h", -1, 1)
 
