@@ -38,8 +38,8 @@ if(NOT LAPACK_FOUND)
   message(FATAL_ERROR "LAPACK was not found. On Debian: apt-get install liblapack-dev (or run tools/setup)")
 endif()
 
+set(DLM_PLAIN_LIBRARIES ${FFTW_LIBRARIES} ${METIS_LIBRARIES} ${YAML_LIBRARIES} ${LAPACK_LIBRARIES}) # those that pkg-config did not find
 add_library(dlm_dependencies INTERFACE)
 add_library(dlm::dependencies ALIAS dlm_dependencies)
 target_include_directories(dlm_dependencies SYSTEM INTERFACE ${FFTW_INCLUDE} ${METIS_INCLUDE} ${YAML_INCLUDE})
-target_link_libraries(dlm_dependencies INTERFACE PkgConfig::PETSC PkgConfig::HDF5 MPI::MPI_C
-                      ${FFTW_LIBRARIES} ${METIS_LIBRARIES} ${YAML_LIBRARIES} ${LAPACK_LIBRARIES} m)
+target_link_libraries(dlm_dependencies INTERFACE PkgConfig::PETSC PkgConfig::HDF5 MPI::MPI_C ${DLM_PLAIN_LIBRARIES} m)

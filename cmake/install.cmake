@@ -5,7 +5,7 @@ set(made ${PROJECT_BINARY_DIR}/install) # files made here to be installed
 
 # Tools of users: installed under their names in ${share}/tools, with the modules and tables they read, and linked as dlmfd-NAME.
 file(GLOB DLM_TOOLS CONFIGURE_DEPENDS tools/plot_* tools/movie tools/report)
-file(GLOB DLM_MODULES CONFIGURE_DEPENDS tools/*.py tools/*.csv)
+file(GLOB DLM_MODULES CONFIGURE_DEPENDS tools/dlm*.py tools/*.csv)
 
 # compressed(<file>): ${made}/<file>.gz without its time, so that the same source gives the same package.
 find_program(DLM_GZIP gzip REQUIRED)
@@ -46,7 +46,7 @@ endforeach()
 # pkg-config: the prefix follows from where the file lies, so the tree may be installed or moved anywhere.
 file(RELATIVE_PATH DLM_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 set(DLM_LIBRARIES "")
-foreach(library ${FFTW_LIBRARIES} ${METIS_LIBRARIES} ${YAML_LIBRARIES} ${LAPACK_LIBRARIES})
+foreach(library ${DLM_PLAIN_LIBRARIES})
   get_filename_component(folder ${library} DIRECTORY)
   get_filename_component(name ${library} NAME_WE)
   string(REGEX REPLACE "^lib" "-l" name ${name})

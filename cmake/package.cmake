@@ -18,7 +18,7 @@ string(REGEX REPLACE "^ -- (.*>)  .*" "\\1" CPACK_DEBIAN_PACKAGE_MAINTAINER "${d
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "openmpi-bin, python3")
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libopenblas0-serial, python3-h5py, python3-matplotlib, python3-numpy")
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libfftw3-dev, libhdf5-openmpi-dev, liblapack-dev, libmetis-dev, libyaml-dev, petsc-dev, pkg-config")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "ffmpeg, libfftw3-dev, libhdf5-openmpi-dev, liblapack-dev, libmetis-dev, libyaml-dev, petsc-dev, pkg-config")
 
 # Of the static library CMake strips nothing by itself.
 install(CODE "

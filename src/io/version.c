@@ -6,6 +6,7 @@
 #include <fftw3.h>
 #include <hdf5.h>
 #include <metis.h>
+#include <yaml.h>
 
 static void Petsc(char value[], size_t size)
 {
@@ -59,6 +60,11 @@ static void Metis(char value[], size_t size)
   snprintf(value, size, "%d.%d.%d", METIS_VER_MAJOR, METIS_VER_MINOR, METIS_VER_SUBMINOR);
 }
 
+static void Yaml(char value[], size_t size)
+{
+  snprintf(value, size, "%s", yaml_get_version_string());
+}
+
 static void Scalar(char value[], size_t size)
 {
 #if defined(PETSC_USE_REAL_DOUBLE)
@@ -95,6 +101,7 @@ static const struct {
   {"hdf5",     NULL,                      Hdf5     },
   {"fftw",     NULL,                      Fftw     },
   {"metis",    NULL,                      Metis    },
+  {"yaml",     NULL,                      Yaml     },
 };
 
 PetscErrorCode DLMVersionGetFact(PetscInt k, const char **name, char value[], size_t size)

@@ -22,9 +22,9 @@ HERE = pathlib.Path(__file__).resolve().parent
 SKIP = 77
 FACTS = {"dlmfd": r"\d+\.\d+\.\d+", "commit": r"[0-9a-f]{12}(-modified)?|none", "build": "Release|Debug", "native": "yes|no", "compiler": r".+ \d.*",
          "flags": ".*-O.*", "petsc": r"3\.\d+\.\d+.*", "scalar": "(real|complex), (single|double|extended) precision", "index": "(32|64) bits", "mpi": r".+ v?\d.*",
-         "hypre": r"\d+\.\d+\.\d+|none", "hdf5": r"1\.\d+\.\d+", "fftw": r"3\.\d+\.\d+", "metis": r"\d+\.\d+\.\d+"}
+         "hypre": r"\d+\.\d+\.\d+|none", "hdf5": r"1\.\d+\.\d+", "fftw": r"3\.\d+\.\d+", "metis": r"\d+\.\d+\.\d+", "yaml": r"\d+\.\d+\.\d+"}
 SMALL = ["-box_size", "1,1,1", "-grid_resolution", "16", "-sphere_centers", "0,0,0", "-sphere_radius", "0.2", "-ts_max_steps", "1"]
-LIBRARIES = ("libc6", "libpetsc-real3", "libhdf5-openmpi", "libopenmpi3", "libfftw3-double3", "libmetis5", "liblapack3", "openmpi-bin", "python3")
+LIBRARIES = ("libc6", "libpetsc-real3", "libhdf5-openmpi", "libopenmpi3", "libfftw3-double3", "libmetis5", "libyaml-0-2", "liblapack3", "openmpi-bin", "python3")
 FAILURES = []
 
 
