@@ -199,9 +199,10 @@ static DLMLag LagOf(DLMPolymer p, PetscReal time, PetscReal target)
   const DLMScene        *s    = p->scene;
   const DLMForceHistory *h    = &p->force;
   const PetscReal        half = target - time, apart = p->velocity_time - p->velocity_time_before;
-  DLMLag                 lag  = { .force = 0.5 }, weight = { 0.0, 0.0 };
+  const PetscReal        polymer_part = 1.0 - s->retardation_time / s->relaxation_time, stiffness = PetscMax(1.0, p->health.largest_trace - 2.0);
+  DLMLag                 lag = { .force = 0.5 }, weight = { 0.0, 0.0 };
 
-  if (s->polymer_coupling == DLM_COUPLING_BOTH_SIDES) lag = DLMLagChoose(1.0 - s->retardation_time / s->relaxation_time, PetscMax(1.0, p->health.largest_trace - 2.0), 2.0 * half / s->relaxation_time);
+  if (s->polymer_coupling == DLM_COUPLING_BOTH_SIDES) lag = DLMLagChoose(polymer_part, stiffness, 2.0 * half / s->relaxation_time);
   if (p->model->viscosity && s->carreau_n != 1.0) lag.velocity = 0.0;
   if (h->n == 2) weight.force = 2.0 * lag.force * half / (h->time_now - h->time_before);
   if (p->n_velocities == 2 && lag.velocity > 0.0)

@@ -242,7 +242,9 @@ PetscErrorCode DLMSaddleSolve(DLMSaddle s, DLMInertia inertia, const PetscReal *
   PetscCall(KSPGetConvergedReason(s->bodies_ksp, &reason));
   PetscCall(KSPGetIterationNumber(s->bodies_ksp, &its));
   DLMUserCheck(reason != KSP_DIVERGED_NANORINF, s->scene->comm, "the flow is no longer finite: use a smaller -ts_dt");
-  PetscCheck(reason > 0, s->scene->comm, PETSC_ERR_NOT_CONVERGED, "-saddle_rtol %.3g: the bodies' solve did not reach it in %" PetscInt_FMT " iterations (%s); allowed: a larger one, a smaller -ts_dt, or a larger -saddle_fieldsplit_%s_ksp_max_it",
+  PetscCheck(reason > 0, s->scene->comm, PETSC_ERR_NOT_CONVERGED,
+             "-saddle_rtol %.3g: the bodies' solve did not reach it in %" PetscInt_FMT " iterations (%s); allowed: a larger one, a smaller -ts_dt, or a larger "
+             "-saddle_fieldsplit_%s_ksp_max_it",
              (double)s->rtol, its, KSPConvergedReasons[reason], s->uzawa ? "multipliers" : "bodies");
   s->work.solves++;
   s->work.iterations += its;
