@@ -167,7 +167,7 @@ def signals():
     check(rows("minutes")[-1, 0] == 3, "-checkpoint_minutes")
 
     unstable = (BOX.replace("1.5,1,1", "1,1,1").replace("-1,0,0", "-0.5,0,0").replace("2,0,0", "0.5,0,0").replace("1e-11", "1e-6") +
-                "-sphere_centers 0.02,0.01,0.1 -sphere_motion rotate -fluid_model oldroyd_b -fluid_relaxation_time 0.1 -ts_dt 0.1 -polymer_coupling explicit")
+                "-sphere_centers 0.02,0.01,0.1 -sphere_motion rotate -fluid_model oldroyd_b -fluid_relaxation_time 0.1 -ts_dt 0.1 -polymer_coupling explicit -ts_split_scheme lie")
     done = run(unstable + " -checkpoint_every 5", "gave_up", expected=2)
     line = re.search(r"^dlmfd: error: .* at t = (\S+) near .*; -restart (\S+checkpoint_last.h5) goes on from the step before$", done.stderr, re.M)
     check(bool(line), f"a run that gives up: {done.stderr.strip()[-120:]}")
