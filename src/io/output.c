@@ -162,12 +162,12 @@ PetscErrorCode DLMOutputCreate(DLMSimulation sim, DLMOutput *new_output)
   *new_output = output;
   signal(SIGXFSZ, SIG_IGN); /* a file beyond the limit of its size is a write that fails, not the end of the process */
   PetscCall(CreateFolder(sim));
-  PetscCall(PutAside(sim));
   PetscCall(PetscTime(&output->started));
   output->last_progress = output->started;
   PetscCall(TSGetTime(sim->ts, &output->start_time));
   PetscCall(DLMTrajectoryOpen(output));
   PetscCall(DLMBulkOpen(output));
+  PetscCall(PutAside(sim)); /* after what may refuse the folder */
   if (sim->scene->output_fields_every > 0) PetscCall(DLMFieldsOpen(output));
   PetscCall(TSMonitorSet(sim->ts, Monitor, output, NULL));
   PetscFunctionReturn(0);
