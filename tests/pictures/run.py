@@ -213,14 +213,14 @@ def check_pages():
         file.write("step,time,shear_rate,stress12,N1,polymer12,polymerN1,contact12\n1,0.1,1,1.1,0.5,0.7,0.5,0\n2,0.2,1,1.2,0.7,0.8,0.7,0\n3,0.3,")
     wanted = {
         "pair": (
-            "scene modelled motion fields work health reference",
+            "scene modelled motion fields bulk work health reference",
             ("Two spheres in Newtonian fluid", "rides with the walls", "-fluid_model newtonian"),
         ),
         "elastic": (
             "scene modelled motion fields bulk work health reference",
             ("Oldroyd-B", "Wi = 0.5", "smallest eigenvalue of C", "0\\.4555", "omega/rate"),
         ),
-        "shear": ("scene modelled fields work health reference", ("start-up of homogeneous shear", "0\\.632121", "0\\.000 %")),
+        "shear": ("scene modelled fields bulk work health reference", ("start-up of homogeneous shear", "0\\.632121", "0\\.000 %")),
     }
     for name, (sections, phrases) in wanted.items():
         page = page_of(name)
@@ -369,7 +369,7 @@ def browser():
     dom = done.stdout
     check(done.returncode == 0 and os.path.exists(shot), f"{os.path.basename(program_found)}: exit status {done.returncode}")
     sections = re.findall(r'<section id="(\w+)"><h2>', dom)
-    check(sections == "scene modelled motion fields work health reference".split(), f"sections in the DOM: {' '.join(sections)}")
+    check(sections == "scene modelled motion fields bulk work health reference".split(), f"sections in the DOM: {' '.join(sections)}")
     told = re.search(r'data-pictures="([^"]*)"', dom)
     check(
         told is not None and told[1] == f"{page.count('<img ')} pictures, 0 missing" and page.count("<img ") >= 6,
