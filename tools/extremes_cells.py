@@ -162,13 +162,13 @@ def wall():
 
 
 def density():
-    """Without inertia the terminal speed at once; with it backward Euler's exact answer to M dV/dt = W - V W/V_end. At equal density: no motion."""
+    """Without inertia the terminal speed at once; with it the solution of M dV/dt = W - V W/V_end. At equal density: no motion."""
     for rho in (1e-3, 1e-2, 0.1, 1, 10, 100, 1e3):
         still = SETTLE | dict(sphere_density=rho, gravity="-1,0,0")
         yield Cell("density ratio", f"{rho:g}", still, "over_hasimoto_signed" if rho != 1 else "speed", *((0.98, 1.02) if rho != 1 else (0, 1e-12)))
         moving = still | dict(sphere_inertia=1, ts_dt=0.05, ts_max_steps=10)
         bounds = (0.98, 1.02) if rho != 1 else (0, 1e-12)
-        yield Cell("density ratio", f"{rho:g} with inertia", moving, "over_euler" if rho != 1 else "speed", *bounds, quick=rho in (1e-3, 1e3))
+        yield Cell("density ratio", f"{rho:g} with inertia", moving, "over_exact" if rho != 1 else "speed", *bounds, quick=rho in (1e-3, 1e3))
         turning = SHEAR | OLDROYD | dict(sphere_density=rho, sphere_inertia=1, sphere_centers="0,0,0.1")
         yield Cell("density ratio", f"{rho:g} with inertia, shear, Oldroyd-B", turning, "omega", 0, 0.55)
 
