@@ -15,6 +15,8 @@
 
 #define TSSPLIT "split"
 
+enum { DLM_SPLIT_VERBS = 8 }; /* most verbs of a TS */
+
 /* One verb: advances its part of the state from t over fraction * dt. */
 typedef PetscErrorCode (*DLMSubstep)(void *context, PetscReal t, PetscReal dt, PetscReal fraction);
 /* Moves the state between the objects that the verbs work on and the TS solution. */

@@ -7,3 +7,6 @@ set_tests_properties(bulk.balance PROPERTIES PROCESSORS 3)
 
 add_test(NAME scenes.vtk COMMAND ${DLM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenes/read_vtk.py $<TARGET_FILE:dlmfd> ${DLM_MPIRUN})
 set_tests_properties(scenes.vtk PROPERTIES LABELS scenes PROCESSORS 3 TIMEOUT 900)
+
+add_test(NAME scenes.progress COMMAND ${DLM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenes/progress.py $<TARGET_FILE:dlmfd> ${DLM_MPIRUN})
+set_tests_properties(scenes.progress PROPERTIES LABELS scenes PROCESSORS 2 TIMEOUT 300)

@@ -4,6 +4,8 @@
 #include "csv.h"
 #include "simimpl.h"
 
+enum { DLM_STEP_PARTS = DLM_SPLIT_VERBS + DLM_PART_WORK - DLM_PART_TRAJECTORY }; /* sub-steps and outputs */
+
 struct _p_DLMOutput {
   DLMSimulation  sim;
   DLMCsv         trajectory; /* with spheres */
@@ -11,9 +13,10 @@ struct _p_DLMOutput {
   DLMShear       shear;
   PetscReal      volume;     /* of the box */
   DLMFieldFile   fields;     /* NULL unless asked for */
-  PetscBool      terminal;   /* progress rewrites one line */
   PetscLogDouble started, last_progress;
-  PetscReal      start_time;
+  PetscLogDouble first_seconds;                /* of the first step */
+  PetscInt       start_step, last_step;        /* last_: of the last progress line */
+  PetscReal      part_seconds[DLM_STEP_PARTS]; /* spent in the parts of the steps until then */
 };
 
 /* What DLMOutputRequire takes beside errno: the file is not as this run left it; it has other columns than this version writes. */

@@ -81,7 +81,7 @@ struct _p_DLMSimulation {
   PetscBool       flowing;  /* a velocity has been solved for */
   DLMPolymer      polymer;  /* NULL in Newtonian fluid, like what follows */
   Vec             body_force; /* of the polymer's stress */
-  DLMPolymerHealth worst;   /* smallest eigenvalue, largest trace and courant number of the run so far */
+  DLMPolymerHealth health, worst; /* of the last step; smallest eigenvalue, largest trace and courant number of the run so far */
   PetscReal       worst_time;
   DLMSphereState *kept; /* of the start of the step, like the next two */
   PetscReal       kept_velocity_time, kept_last_interval, kept_dt;
@@ -92,6 +92,7 @@ struct _p_DLMSimulation {
   PetscReal      *start;    /* centres at the start of the step, 3 per sphere */
   PetscReal      *force, *torque; /* on the spheres beside the fluid */
   PetscReal       velocity_time, last_interval; /* time of the last velocities; interval before it, 0 in the first step */
+  PetscReal       gap;          /* now, infinity without spheres */
   PetscReal       smallest_gap, largest_slip;   /* of the run so far */
   DLMCheckpointFile *restart;    /* open from Create to Solve, NULL if the run starts anew */
   PetscInt        first_step;    /* that the run starts from */
@@ -109,6 +110,8 @@ PETSC_INTERN PetscErrorCode DLMSimulationBuildParts(DLMSimulation sim);
 /* Counts the heap that the steps have made since the set-up. */
 PETSC_INTERN PetscErrorCode DLMSimulationCountWork(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMSimulationGetModelled(DLMSimulation sim, DLMModelled modelled[DLM_N_PARTS]);
+/* As the table names it. */
+PETSC_INTERN const char *DLMPartName(DLMPart part);
 PETSC_INTERN PetscErrorCode DLMModelledView(const DLMModelled modelled[DLM_N_PARTS], PetscViewer viewer);
 /* sim.c: the TS and its verbs. */
 PETSC_INTERN PetscErrorCode DLMSimulationCreateStepping(DLMSimulation sim);
@@ -124,6 +127,8 @@ PETSC_INTERN PetscErrorCode DLMSimulationSolveFlow(DLMSimulation sim, PetscReal 
 PETSC_INTERN PetscErrorCode DLMSimulationCreatePolymer(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMSimulationDestroyPolymer(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMSimulationAddPolymerSubsteps(DLMSimulation sim);
+/* Elastic number of a step dt that finds or leaves this trace of C: dt times the elastic stress over the implicit viscosity (docs/theory.md, V4). */
+PETSC_INTERN PetscReal DLMSimulationElasticNumber(DLMSimulation sim, PetscReal dt, PetscReal trace);
 /* Largest dt that the explicit coupling bears; infinity if any. */
 PETSC_INTERN PetscReal DLMSimulationExplicitBound(DLMSimulation sim);
 /* Prints a line if dt is beyond it. Collective. */

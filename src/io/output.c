@@ -128,27 +128,27 @@ static PetscErrorCode Write(DLMOutput output, DLMPart k, PetscErrorCode (*write)
 static PetscErrorCode Monitor(TS ts, PetscInt step, PetscReal time, Vec solution, void *context)
 {
   DLMOutput       output = (DLMOutput)context;
-  const DLMScene *scene  = output->sim->scene;
+  DLMSimulation   sim    = output->sim;
+  const DLMScene *scene  = sim->scene;
   TSConvergedReason reason;
 
   PetscFunctionBegin;
   PetscCall(TSGetConvergedReason(ts, &reason));
   const PetscBool last = (PetscBool)(reason != TS_CONVERGED_ITERATING);
-  if (step == output->sim->first_step) PetscFunctionReturn(0); /* the run before has written it */
-  if (output->sim->spheres) {
-    PetscReal gap, slip;
-    PetscCall(DLMSpheresGetSmallestGap(output->sim->spheres, &gap));
-    output->sim->smallest_gap = PetscMin(output->sim->smallest_gap, gap);
-    if (step > 0) PetscCall(DLMSaddleGetSlip(output->sim->saddle, &slip));
-    else slip = 0.0;
-    output->sim->largest_slip = PetscMax(output->sim->largest_slip, slip);
+  if (step == sim->first_step) PetscFunctionReturn(0); /* the run before has written it */
+  if (sim->spheres) {
+    PetscReal slip = 0.0;
+    PetscCall(DLMSpheresGetSmallestGap(sim->spheres, &sim->gap));
+    sim->smallest_gap = PetscMin(sim->smallest_gap, sim->gap);
+    if (step > 0) PetscCall(DLMSaddleGetSlip(sim->saddle, &slip));
+    sim->largest_slip = PetscMax(sim->largest_slip, slip);
   }
   const PetscBool rows = (PetscBool)(step % PetscMax(1, scene->output_every) == 0 || last);
-  if (rows && output->sim->part[DLM_PART_TRAJECTORY].built) PetscCall(Write(output, DLM_PART_TRAJECTORY, DLMTrajectoryWrite, step, time));
-  if (rows && output->sim->part[DLM_PART_BULK].built && output->sim->flowing) PetscCall(Write(output, DLM_PART_BULK, DLMBulkWrite, step, time));
+  if (rows && sim->part[DLM_PART_TRAJECTORY].built) PetscCall(Write(output, DLM_PART_TRAJECTORY, DLMTrajectoryWrite, step, time));
+  if (rows && sim->part[DLM_PART_BULK].built && sim->flowing) PetscCall(Write(output, DLM_PART_BULK, DLMBulkWrite, step, time));
   if (output->fields && (step % scene->output_fields_every == 0 || last)) PetscCall(Write(output, DLM_PART_FIELDS, DLMFieldsWrite, step, time));
   PetscCall(DLMProgress(output, step, time, last));
-  if (output->sim->checkpoint_due) PetscCall(Write(output, DLM_PART_CHECKPOINTS, WriteCheckpoint, step, time));
+  if (sim->checkpoint_due) PetscCall(Write(output, DLM_PART_CHECKPOINTS, WriteCheckpoint, step, time));
   PetscFunctionReturn(0);
 }
 
@@ -164,7 +164,8 @@ PetscErrorCode DLMOutputCreate(DLMSimulation sim, DLMOutput *new_output)
   PetscCall(CreateFolder(sim));
   PetscCall(PetscTime(&output->started));
   output->last_progress = output->started;
-  PetscCall(TSGetTime(sim->ts, &output->start_time));
+  PetscCall(TSGetStepNumber(sim->ts, &output->start_step));
+  output->last_step = output->start_step;
   PetscCall(DLMTrajectoryOpen(output));
   PetscCall(DLMBulkOpen(output));
   PetscCall(PutAside(sim)); /* after what may refuse the folder */

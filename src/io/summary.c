@@ -163,14 +163,12 @@ static void WriteModelled(FILE *file, const DLMModelled modelled[DLM_N_PARTS], c
 
 static void WriteHealth(FILE *file, DLMSimulation sim)
 {
-  const DLMPolymerHealth *w     = &sim->worst;
-  const DLMScene         *scene = sim->scene;
-  const PetscReal         eta   = scene->fluid_viscosity * (1.0 - scene->retardation_time / scene->relaxation_time);
+  const DLMPolymerHealth *w = &sim->worst;
 
   fprintf(file, "  \"polymer\": {\"smallest_eigenvalue\": %.15g, \"smallest_eigenvalue_place\": [%.15g, %.15g, %.15g], \"smallest_eigenvalue_time\": %.15g,\n",
           (double)w->smallest_eigenvalue, (double)w->place[0], (double)w->place[1], (double)w->place[2], (double)sim->worst_time);
   fprintf(file, "    \"largest_trace\": %.15g, \"courant_number\": %.15g, \"advection_substeps\": %ld, \"elastic_number\": %.15g},\n", (double)w->largest_trace,
-          (double)w->courant, (long)w->substeps, (double)(scene->ts_dt * eta * w->largest_trace / (scene->relaxation_time * scene->implicit_viscosity)));
+          (double)w->courant, (long)w->substeps, (double)DLMSimulationElasticNumber(sim, sim->scene->ts_dt, w->largest_trace));
 }
 
 /* Largest entry of B u over the volume of a pressure node: what is left of div u. */

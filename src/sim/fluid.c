@@ -161,6 +161,13 @@ static PetscErrorCode Stretch(void *context, PetscReal t, PetscReal dt, PetscRea
   PetscFunctionReturn(0);
 }
 
+PetscReal DLMSimulationElasticNumber(DLMSimulation sim, PetscReal dt, PetscReal trace)
+{
+  const DLMScene *scene = sim->scene;
+
+  return dt * scene->fluid_viscosity * (1.0 - scene->retardation_time / scene->relaxation_time) * trace / (scene->relaxation_time * scene->implicit_viscosity);
+}
+
 /* C must be finite and positive definite, or the step is rejected. */
 static PetscErrorCode Judge(void *context, PetscReal t, PetscReal dt, PetscReal fraction)
 {
@@ -175,6 +182,7 @@ static PetscErrorCode Judge(void *context, PetscReal t, PetscReal dt, PetscReal 
     PetscCall(DLMSplitReject(sim->ts));
     PetscFunctionReturn(0);
   }
+  sim->health = now;
   if (now.smallest_eigenvalue < sim->worst.smallest_eigenvalue) {
     sim->worst.smallest_eigenvalue = now.smallest_eigenvalue;
     for (int d = 0; d < 3; d++) sim->worst.place[d] = now.place[d];

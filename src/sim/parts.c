@@ -300,6 +300,11 @@ static const PartRow rows[DLM_N_PARTS] = {
   [DLM_PART_WORK]            = { "work of the steps", Work },
 };
 
+const char *DLMPartName(DLMPart part)
+{
+  return rows[part].object;
+}
+
 PetscErrorCode DLMSimulationBuildParts(DLMSimulation sim)
 {
   PetscFunctionBegin;

@@ -33,8 +33,8 @@ PetscErrorCode DLMSimulationCreate(const DLMScene *scene, DLMSimulation *new_sim
   sim->scene = scene;
   PetscCall(DLMSimulationRide(sim));
   PetscCall(DLMCheckpointOpen(sim));
-  sim->smallest_gap = PETSC_INFINITY;
-  sim->first_step   = sim->saved_step = -1;
+  sim->gap = sim->smallest_gap = PETSC_INFINITY;
+  sim->first_step = sim->saved_step = -1;
   PetscCall(DLMSimulationBuildParts(sim));
   PetscCall(PetscTime(&now));
   sim->setup_seconds = now - sim->created;

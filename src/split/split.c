@@ -3,7 +3,7 @@
 #include "../../include/dlmsplit.h"
 #include "../../include/dlmscene.h"
 
-enum { MOST_VERBS = 8, MOST_SUBSTEPS = 8 };
+enum { MOST_SUBSTEPS = 8 };
 
 typedef struct {
   const char *verb;
@@ -33,7 +33,7 @@ typedef struct {
 typedef struct {
   const Scheme *scheme;
   PetscInt      n;
-  Verb          verb[MOST_VERBS];
+  Verb          verb[DLM_SPLIT_VERBS];
   DLMStateCopy  load, store;
   void         *state_context;
   PetscBool     loaded, rejected;
@@ -215,7 +215,7 @@ PetscErrorCode DLMSplitAddSubstep(TS ts, const char *name, DLMSubstep apply, voi
   Verb     *verb;
 
   PetscFunctionBeginUser;
-  PetscCheck(s->n < MOST_VERBS, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE, "At most %d sub-steps", MOST_VERBS);
+  PetscCheck(s->n < DLM_SPLIT_VERBS, PetscObjectComm((PetscObject)ts), PETSC_ERR_ARG_OUTOFRANGE, "At most %d sub-steps", DLM_SPLIT_VERBS);
   verb          = &s->verb[s->n++];
   verb->name    = name;
   verb->apply   = apply;

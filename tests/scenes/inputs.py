@@ -81,7 +81,7 @@ def run(launch, words, folder):
     """Runs dlmfd in the source tree, where scenes name each other's files; returns the rows of its trajectory."""
     command = launch + words + ["-output_dir", folder]
     env = dict(os.environ, ASAN_OPTIONS="detect_leaks=0", OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1",
-               OMPI_MCA_mpi_yield_when_idle="1", DLM_TERMINAL="0")
+               OMPI_MCA_mpi_yield_when_idle="1")
     result = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True)
     require(result.returncode == 0, f"exit code {result.returncode}: {result.stderr[-2000:]}")
     if not os.path.exists(os.path.join(folder, "trajectory.csv")):
