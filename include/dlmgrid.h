@@ -15,6 +15,11 @@ typedef struct _p_DLMGrid *DLMGrid;
 
 /* Collective on scene->comm. Raises PETSC_ERR_USER_INPUT if the ranks cannot share the mesh. */
 PETSC_EXTERN PetscErrorCode DLMGridCreate(const DLMScene *scene, DLMGrid *grid);
+/*
+  Of a mesh that is not to be built: the number of velocity nodes, how many more the ranks' ghosted vectors hold, and whether the ranks can share it
+  (fits NULL: DLMGridCreate's error if they cannot). Collective.
+*/
+PETSC_EXTERN PetscErrorCode DLMGridForesee(const DLMScene *scene, PetscBool *fits, PetscReal *nodes, PetscReal *ghosts);
 PETSC_EXTERN PetscErrorCode DLMGridDestroy(DLMGrid *grid);
 /* Borrowed. velocity: 3 dof, box stencil of width 2; pressure: 1 dof, box stencil of width 1. */
 PETSC_EXTERN PetscErrorCode DLMGridGetDMs(DLMGrid grid, DM *velocity, DM *pressure);

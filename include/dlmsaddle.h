@@ -29,11 +29,11 @@ typedef struct {
   PetscInt solves, iterations, most_iterations, last_iterations, blocks_built;
 } DLMSaddleWork;
 
-/* What was made for the spheres, and its heap on this rank (bytes) after the set-up. */
+/* What was made for the spheres, after the set-up. */
 typedef struct {
-  PetscBool responses;          /* tables of impulse responses */
-  PetscInt  clusters, largest;  /* dense blocks on all ranks, unknowns of the largest */
-  PetscReal response_bytes, block_bytes;
+  PetscInt       clusters, largest; /* dense blocks on all ranks, unknowns of the largest */
+  PetscReal      response_bytes, pairing_bytes, block_bytes; /* on this rank: tables of impulse responses (0: none), points and their pairing, dense blocks */
+  PetscLogDouble block_seconds;     /* to build the blocks */
 } DLMSaddleParts;
 
 /* What the dense blocks are made from; an entry (or three) per sphere. */
@@ -67,6 +67,8 @@ PETSC_EXTERN PetscErrorCode DLMSaddleSetTolerance(DLMSaddle saddle, PetscReal rt
 PETSC_EXTERN PetscErrorCode DLMSaddleGetWork(DLMSaddle saddle, DLMSaddleWork *work);
 /* Not collective. */
 PETSC_EXTERN PetscErrorCode DLMSaddleGetParts(DLMSaddle saddle, DLMSaddleParts *parts);
+/* Bytes of the tables that a rank would make for a scene. */
+PETSC_EXTERN PetscReal DLMSaddleForeseeResponses(const DLMScene *scene);
 PETSC_EXTERN PetscErrorCode DLMSaddleView(DLMSaddle saddle, PetscViewer viewer);
 /*
   The state as it is, and one to go on from, which may come from another number of ranks (the centres are set before, the fluid in DLMSaddleGetFluid's

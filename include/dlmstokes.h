@@ -28,8 +28,12 @@ PETSC_EXTERN PetscErrorCode DLMStokesDestroy(DLMStokes *stokes);
 /* Says which solver was built and why, and its memory. Collective. */
 PETSC_EXTERN PetscErrorCode DLMStokesView(DLMStokes stokes, PetscViewer viewer);
 
-/* Bytes of the exact pressure solve's blocks on this rank, and NULL or why there are none. Not collective. */
-PETSC_EXTERN PetscErrorCode DLMStokesGetPressureBlocks(DLMStokes stokes, PetscReal *bytes, const char **absent);
+/* Bytes of the exact pressure solve's blocks on this rank, the seconds they took to build, and NULL or why there are none. Not collective. */
+PETSC_EXTERN PetscErrorCode DLMStokesGetPressureBlocks(DLMStokes stokes, PetscReal *bytes, PetscLogDouble *seconds, const char **absent);
+/*
+  The same bytes, over all ranks, for a mesh that need not be built; exists: within the scene's limit and with two periodic axes. Not collective.
+*/
+PETSC_EXTERN PetscErrorCode DLMStokesForeseePressureBlocks(const DLMScene *scene, PetscReal *bytes, PetscBool *exists);
 
 /* Borrowed. any may be NULL: K (MATNEST), A (viscous block), B (-B, rectangular). */
 PETSC_EXTERN PetscErrorCode DLMStokesGetOperators(DLMStokes stokes, Mat *K, Mat *A, Mat *B);

@@ -24,7 +24,14 @@ typedef struct {
   double    *schur;      /* [row][fast mode][i][re, im][padded]: inverse Schur blocks */
   double    *work;       /* one modal row of all levels and components */
   PetscReal  schur_bytes; /* memory of the blocks on this rank, built or not */
+  PetscLogDouble schur_seconds; /* to build them */
 } DLMBox;
+
+/* Bytes of a pressure mode's block of so many pressure levels. */
+static inline PetscReal DLMBoxBlockBytes(PetscInt levels)
+{
+  return 16.0 * levels * 4 * ((levels + 3) / 4);
+}
 
 /* limit: most MiB of Schur blocks on a rank. Collective. */
 PETSC_INTERN PetscErrorCode DLMBoxCreate(DLMGrid grid, PetscReal viscosity, PetscReal limit, DLMBox **box);

@@ -51,6 +51,8 @@ PETSC_INTERN PetscErrorCode DLMModesDestroy(DLMModes **modes);
 PETSC_INTERN PetscErrorCode DLMModesForward(DLMModes *modes, const PetscScalar *array);
 /* Writes the unknown nodes only; the result is multiplied by modes->scale. Destroys modes->modal. Collective. */
 PETSC_INTERN PetscErrorCode DLMModesBackward(DLMModes *modes, PetscScalar *array);
+/* Pressure rows of the rank that has most of them, if the slow axis has `rows` pressure modes and both plane axes are periodic. */
+PETSC_INTERN PetscInt DLMModesMostPressureRows(PetscInt rows, PetscMPIInt size);
 /* Eigenvalue of (-1, 2, -1) on an axis for mode i as FFTW orders them. */
 PETSC_INTERN PetscReal DLMModesEigenvalue(const DLMModes *modes, PetscInt axis, PetscInt i);
 #endif

@@ -20,6 +20,8 @@ typedef struct {
   as the solver. Collective.
 */
 PETSC_INTERN PetscErrorCode DLMResponseGet(DLMStokes stokes, PetscInt far, const DLMResponse **response);
+/* Bytes of the tables that reach far, on every rank. */
+PETSC_INTERN PetscReal DLMResponseBytes(PetscInt far);
 /* Points closer than CLOSE (in h, on every axis) are paired exactly, by their nodes; a stencil reaches REACH nodes away. */
 enum { DLM_RESPONSE_CLOSE = 3, DLM_RESPONSE_REACH = 2, DLM_RESPONSE_WINDOW = 2 * (DLM_RESPONSE_CLOSE + DLM_RESPONSE_REACH + 1) + 1 };
 

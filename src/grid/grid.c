@@ -12,8 +12,8 @@ static PetscInt MostProcesses(DLMGrid grid, int d)
   return PetscMax(1, CoarseNodes(grid, d) / 2);
 }
 
-/* Slabs along the line axis keep the plane transforms local; where they would be too thin, the other axes are cut too. */
-static PetscErrorCode ChooseProcesses(DLMGrid grid, const DLMScene *scene)
+/* Slabs along the line axis keep the plane transforms local; where they would be too thin, the other axes are cut too. fits NULL: an error if there is no way. */
+static PetscErrorCode ChooseProcesses(DLMGrid grid, const DLMScene *scene, PetscBool *fits)
 {
   const PetscInt *wanted = scene->grid_processes;
   PetscMPIInt     size;
@@ -31,7 +31,8 @@ static PetscErrorCode ChooseProcesses(DLMGrid grid, const DLMScene *scene)
       for (int d = 0; d < 3; d++) grid->processes[axis[d]] = share[d];
     }
   }
-  DLMUserCheck(best > 0, grid->comm,
+  if (fits) *fits = (PetscBool)(best > 0);
+  DLMUserCheck(best > 0 || fits, grid->comm,
                "-grid_processes %" PetscInt_FMT ",%" PetscInt_FMT ",%" PetscInt_FMT " (0: chosen): %d ranks cannot share a mesh of %" PetscInt_FMT " x %" PetscInt_FMT " x %" PetscInt_FMT
                " cells so; allowed: factors of %d that leave at least 4 cells of every axis to each rank, or fewer ranks",
                wanted[0], wanted[1], wanted[2], size, grid->cells[0], grid->cells[1], grid->cells[2], size);
@@ -100,12 +101,10 @@ static PetscErrorCode CreateDMs(DLMGrid grid)
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode DLMGridCreate(const DLMScene *scene, DLMGrid *new_grid)
+/* All but the DMs. */
+static PetscErrorCode Describe(const DLMScene *scene, DLMGrid grid, PetscBool *fits)
 {
-  DLMGrid grid;
-
   PetscFunctionBeginUser;
-  PetscCall(PetscNew(&grid));
   grid->comm = scene->comm;
   grid->h    = scene->h;
   grid->line = 2;
@@ -117,7 +116,34 @@ PetscErrorCode DLMGridCreate(const DLMScene *scene, DLMGrid *new_grid)
   }
   for (int d = 0; d < 3; d++)
     if (!grid->periodic[d]) grid->line = d;
-  PetscCall(ChooseProcesses(grid, scene));
+  PetscCall(ChooseProcesses(grid, scene, fits));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMGridForesee(const DLMScene *scene, PetscBool *fits, PetscReal *nodes, PetscReal *ghosts)
+{
+  struct _p_DLMGrid grid;
+  PetscReal         all = 1.0;
+
+  PetscFunctionBeginUser;
+  PetscCall(Describe(scene, &grid, fits));
+  *nodes = *ghosts = 1.0;
+  if (fits && !*fits) PetscFunctionReturn(0);
+  for (int d = 0; d < 3; d++) {
+    *nodes *= grid.nodes[d];
+    all *= grid.nodes[d] + 4 * (grid.processes[d] - (grid.periodic[d] ? 0 : 1)); /* two at each end that is not a wall */
+  }
+  *ghosts = all - *nodes;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMGridCreate(const DLMScene *scene, DLMGrid *new_grid)
+{
+  DLMGrid grid;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(&grid));
+  PetscCall(Describe(scene, grid, NULL));
   PetscCall(CreateDMs(grid));
   *new_grid = grid;
   PetscFunctionReturn(0);

@@ -1,6 +1,21 @@
 #include "../../include/private/saddleimpl.h"
 #include <petscblaslapack.h>
 
+/* One sphere, two or three in a row; larger clusters continue the table (shorter ones make the blocks of heaps indefinite). */
+static PetscInt Reach(const DLMScene *scene)
+{
+  const PetscReal reach  = scene->n_spheres > 2 ? 6.0 : (scene->n_spheres > 1 ? 4.0 : 2.0);
+  PetscReal       radius = 0.0;
+
+  for (PetscInt i = 0; i < scene->n_spheres; i++) radius = PetscMax(radius, scene->spheres[i].radius);
+  return (PetscInt)PetscCeilReal(reach * radius / scene->h) + 5;
+}
+
+PetscReal DLMSaddleForeseeResponses(const DLMScene *scene)
+{
+  return scene->n_spheres ? DLMResponseBytes(Reach(scene)) : 0.0;
+}
+
 PetscErrorCode DLMBlocksCreate(DLMStokes stokes, DLMPairing pairing, DLMSpheres spheres, const DLMScene *scene, DLMLubrication *lubrication, PetscBool plain,
                                DLMBlocks **new_blocks)
 {
@@ -17,11 +32,9 @@ PetscErrorCode DLMBlocksCreate(DLMStokes stokes, DLMPairing pairing, DLMSpheres 
   blocks->lubrication = lubrication;
   blocks->scale   = plain ? DLMUzawaScale(stokes) : 1.0;
   if (!plain) {
-    const PetscReal reach = scene->n_spheres > 2 ? 6.0 : (scene->n_spheres > 1 ? 4.0 : 2.0);
-    PetscReal       radius = 0.0;
+    PetscReal radius = 0.0;
     for (PetscInt i = 0; i < scene->n_spheres; i++) radius = PetscMax(radius, scene->spheres[i].radius);
-    /* one sphere, two or three in a row; larger clusters continue the table (shorter ones make the blocks of heaps indefinite) */
-    PetscCall(DLMResponseGet(stokes, (PetscInt)PetscCeilReal(reach * radius / scene->h) + 5, &blocks->response));
+    PetscCall(DLMResponseGet(stokes, Reach(scene), &blocks->response));
     if (scene->n_spheres) PetscCall(DLMPairingGetCover(scene, radius, &cover));
     if (!cover.degree || scene->pairing_points == DLM_POINTS_VOLUME) blocks->scale = 0.3; /* may need large shifts: steps longer than 2 */
   }

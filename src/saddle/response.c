@@ -75,12 +75,24 @@ static void Smooth(DLMResponse *r)
       }
 }
 
+static const PetscInt near_reach = DLM_RESPONSE_CLOSE + 2 * DLM_RESPONSE_REACH;
+
+static PetscInt Cube(PetscInt reach)
+{
+  return (2 * reach + 1) * (2 * reach + 1) * (2 * reach + 1);
+}
+
+PetscReal DLMResponseBytes(PetscInt far)
+{
+  return 9.0 * sizeof(PetscReal) * (8.0 * Cube(near_reach) + 2.0 * Cube(PetscMax(far, near_reach)));
+}
+
 static PetscErrorCode Create(DLMStokes stokes, PetscInt far, DLMResponse **new_response)
 {
   DLMGrid      grid = stokes->grid;
   DLMResponse *r;
   DLMNodeBox   box = { .start = 0 };
-  PetscInt     base[3], width, leaves = 1;
+  PetscInt     base[3], leaves = 1;
   PetscSF      sf;
   MPI_Datatype node;
   Vec          rhs, x;
@@ -89,11 +101,9 @@ static PetscErrorCode Create(DLMStokes stokes, PetscInt far, DLMResponse **new_r
 
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&r));
-  r->near = DLM_RESPONSE_CLOSE + 2 * DLM_RESPONSE_REACH;
+  r->near = near_reach;
   r->far  = PetscMax(far, r->near);
-  width   = 2 * r->far + 1;
-  PetscCall(PetscCalloc3(9 * 8 * PetscSqr(2 * r->near + 1) * (2 * r->near + 1), &r->near_table, 9 * width * width * width, &r->far_table,
-                         9 * width * width * width, &r->smooth_table));
+  PetscCall(PetscCalloc3(9 * 8 * Cube(r->near), &r->near_table, 9 * Cube(r->far), &r->far_table, 9 * Cube(r->far), &r->smooth_table));
   for (int d = 0; d < 3; d++) {
     base[d]       = 2 * (grid->cells[d] / 4);
     box.low[d]    = base[d] - r->far;

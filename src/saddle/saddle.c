@@ -1,3 +1,4 @@
+#include <petsctime.h>
 #include "../../include/private/memory.h"
 #include "../../include/private/saddleimpl.h"
 
@@ -80,16 +81,23 @@ PetscErrorCode DLMSaddleUpdateLayout(DLMSaddle s)
 /* Tables and blocks for the first centres belong to the set-up, and so do markers and solver, which are made between them. */
 static PetscErrorCode CreateForSpheres(DLMSaddle s)
 {
-  PetscReal before = DLMMemoryInUse();
+  PetscReal      before;
+  PetscLogDouble start, end;
 
   PetscFunctionBeginUser;
   PetscCall(DLMLubricationCreate(s->scene, &s->lubrication));
   PetscCall(DLMBlocksCreate(s->stokes, s->pairing, s->spheres, s->scene, &s->lubrication, s->uzawa, &s->blocks));
-  s->parts.response_bytes = DLMMemoryInUse() - before;
+  if (s->blocks->response) s->parts.response_bytes = DLMResponseBytes(s->blocks->response->far);
+  before = DLMMemoryInUse();
+  PetscCall(DLMPairingUpdate(s->pairing));
+  s->parts.pairing_bytes = DLMMemoryInUse() - before;
   PetscCall(DLMSaddleUpdateLayout(s));
   before = DLMMemoryInUse();
+  PetscCall(PetscTime(&start));
   PetscCall(DLMBlocksUpdate(s->blocks, &s->layout, 0.0));
-  s->parts.block_bytes = DLMMemoryInUse() - before;
+  PetscCall(PetscTime(&end));
+  s->parts.block_bytes   = DLMMemoryInUse() - before;
+  s->parts.block_seconds = end - start;
   PetscFunctionReturn(0);
 }
 
@@ -281,11 +289,9 @@ PetscErrorCode DLMSaddleGetParts(DLMSaddle s, DLMSaddleParts *parts)
 {
   PetscFunctionBeginUser;
   *parts = s->parts;
-  if (s->blocks) {
-    parts->responses = (PetscBool)(s->blocks->response != NULL);
-    parts->clusters  = s->blocks->n_clusters;
-    parts->largest   = s->blocks->largest;
-  }
+  if (!s->blocks) PetscFunctionReturn(0);
+  parts->clusters = s->blocks->n_clusters;
+  parts->largest  = s->blocks->largest;
   PetscFunctionReturn(0);
 }
 

@@ -25,11 +25,13 @@ static PetscErrorCode Say(DLMPartRecord *part, PetscBool built, const char *form
 
 static const char no_spheres[] = "the scene has no spheres";
 
-/* Bytes that the part `from` counted belong to this one. */
-static void Take(DLMSimulation sim, DLMPart from, DLMPartRecord *part, PetscReal bytes)
+/* Bytes and seconds that the part `from` counted belong to this one. */
+static void Take(DLMSimulation sim, DLMPart from, DLMPartRecord *part, PetscReal bytes, PetscLogDouble seconds)
 {
   sim->part[from].bytes -= bytes;
+  sim->part[from].seconds -= seconds;
   part->bytes += bytes;
+  part->seconds += seconds;
 }
 
 static PetscErrorCode Grid(DLMSimulation sim, DLMPartRecord *part)
@@ -59,12 +61,13 @@ static PetscErrorCode Stokes(DLMSimulation sim, DLMPartRecord *part)
 
 static PetscErrorCode PressureBlocks(DLMSimulation sim, DLMPartRecord *part)
 {
-  const char *absent;
-  PetscReal   bytes;
+  const char    *absent;
+  PetscReal      bytes;
+  PetscLogDouble seconds;
 
   PetscFunctionBegin;
-  PetscCall(DLMStokesGetPressureBlocks(sim->stokes, &bytes, &absent));
-  Take(sim, DLM_PART_STOKES, part, bytes);
+  PetscCall(DLMStokesGetPressureBlocks(sim->stokes, &bytes, &seconds, &absent));
+  Take(sim, DLM_PART_STOKES, part, bytes, seconds);
   PetscCall(Say(part, (PetscBool)!absent, "%s", absent ? absent : "two periodic axes: the pressure is solved for exactly"));
   PetscFunctionReturn(0);
 }
@@ -140,8 +143,12 @@ static PetscErrorCode InertiaOfSpheres(DLMSimulation sim, DLMPartRecord *part)
 
 static PetscErrorCode Flow(DLMSimulation sim, DLMPartRecord *part)
 {
+  DLMSaddleParts parts;
+
   PetscFunctionBegin;
   PetscCall(DLMSaddleCreate(sim->stokes, sim->spheres, sim->pairing, &sim->riding, &sim->saddle));
+  PetscCall(DLMSaddleGetParts(sim->saddle, &parts));
+  Take(sim, DLM_PART_FLOW, &sim->part[DLM_PART_SPHERES], parts.pairing_bytes, 0.0);
   PetscCall(Say(part, PETSC_TRUE, sim->spheres ? "velocity and pressure, and the solver of fluid and spheres together" : "velocity and pressure"));
   PetscFunctionReturn(0);
 }
@@ -152,9 +159,10 @@ static PetscErrorCode Responses(DLMSimulation sim, DLMPartRecord *part)
 
   PetscFunctionBegin;
   PetscCall(DLMSaddleGetParts(sim->saddle, &parts));
-  Take(sim, DLM_PART_FLOW, part, parts.response_bytes);
+  Take(sim, DLM_PART_FLOW, part, parts.response_bytes, 0.0);
+  const PetscBool exist = (PetscBool)(parts.response_bytes > 0.0);
   if (!sim->spheres) PetscCall(Say(part, PETSC_FALSE, no_spheres));
-  else PetscCall(Say(part, parts.responses, parts.responses ? "tables from 24 Stokes solves, to build the dense blocks from" : "-saddle_split velocity does without"));
+  else PetscCall(Say(part, exist, exist ? "tables from 24 Stokes solves, to build the dense blocks from" : "-saddle_split velocity does without"));
   PetscFunctionReturn(0);
 }
 
@@ -164,7 +172,7 @@ static PetscErrorCode Blocks(DLMSimulation sim, DLMPartRecord *part)
 
   PetscFunctionBegin;
   PetscCall(DLMSaddleGetParts(sim->saddle, &parts));
-  Take(sim, DLM_PART_FLOW, part, parts.block_bytes);
+  Take(sim, DLM_PART_FLOW, part, parts.block_bytes, parts.block_seconds);
   if (!sim->spheres) PetscCall(Say(part, PETSC_FALSE, no_spheres));
   else
     PetscCall(Say(part, PETSC_TRUE, "precondition the spheres: %ld block%s of up to %ld unknowns", (long)parts.clusters, parts.clusters > 1 ? "s" : "", (long)parts.largest));
@@ -196,11 +204,19 @@ static PetscErrorCode Stepping(DLMSimulation sim, DLMPartRecord *part)
   PetscFunctionReturn(0);
 }
 
+static PetscErrorCode AdaptedSteps(DLMSimulation sim, DLMPartRecord *part)
+{
+  PetscFunctionBegin;
+  PetscCall(Say(part, sim->adapt.exists, sim->adapt.exists ? "-ts_adapt_type scene: rates of the steps before" : "-ts_adapt_type none: steps of -ts_dt"));
+  PetscFunctionReturn(0);
+}
+
 static PetscErrorCode StepCopy(DLMSimulation sim, DLMPartRecord *part)
 {
   PetscFunctionBegin;
-  if (sim->polymer) PetscCall(DLMSimulationKeep(sim)); /* makes the room */
-  PetscCall(Say(part, (PetscBool)(sim->polymer != NULL), sim->polymer ? "a step that loses positivity of C is undone" : "without a polymer no step is undone"));
+  if (sim->polymer || sim->adapt.exists) PetscCall(DLMSimulationKeep(sim)); /* makes the room */
+  if (sim->polymer) PetscCall(Say(part, PETSC_TRUE, "a step that loses positivity of C is undone"));
+  else PetscCall(Say(part, sim->adapt.exists, sim->adapt.exists ? "a step whose error is too large is undone" : "neither polymer nor -ts_adapt_type scene: no step is undone"));
   PetscFunctionReturn(0);
 }
 
@@ -292,6 +308,7 @@ static const PartRow rows[DLM_N_PARTS] = {
   [DLM_PART_BLOCKS]          = { "dense blocks", Blocks },
   [DLM_PART_POLYMER]         = { "polymer", Polymer },
   [DLM_PART_STEPPING]        = { "time stepping", Stepping },
+  [DLM_PART_ADAPTED]         = { "adapted steps", AdaptedSteps },
   [DLM_PART_STEP_COPY]       = { "copy of the step", StepCopy },
   [DLM_PART_TRAJECTORY]      = { "trajectory", Trajectory },
   [DLM_PART_BULK]            = { "bulk stress", Bulk },
@@ -315,7 +332,7 @@ PetscErrorCode DLMSimulationBuildParts(DLMSimulation sim)
     PetscCall(rows[k].decide(sim, &sim->part[k]));
     PetscCall(PetscTime(&end));
     sim->part[k].bytes += DLMMemoryInUse() - before;
-    if (k < DLM_PART_TRAJECTORY) sim->part[k].seconds = end - start;
+    if (k < DLM_PART_TRAJECTORY) sim->part[k].seconds += end - start;
   }
   sim->heap = DLMMemoryInUse();
   PetscFunctionReturn(0);

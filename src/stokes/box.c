@@ -1,3 +1,4 @@
+#include <petsctime.h>
 #include "../../include/private/box.h"
 
 /* Pivots of the Thomas recurrence for (-1, 2 + c, -1), c the eigenvalue of the plane operator. */
@@ -49,13 +50,17 @@ PetscErrorCode DLMBoxCreate(DLMGrid grid, PetscReal viscosity, PetscReal limit, 
     PetscCall(DLMModesCreate(grid, 1, &box->pressure));
     box->p_levels    = box->pressure->count[grid->line];
     box->padded      = 4 * ((box->p_levels + 3) / 4);
-    box->schur_bytes = (PetscReal)box->pressure->n_rows * (box->pressure->count[box->pressure->fast] / 2 + 1) * box->p_levels * box->padded * 16.0;
+    box->schur_bytes = (PetscReal)box->pressure->n_rows * (box->pressure->count[box->pressure->fast] / 2 + 1) * DLMBoxBlockBytes(box->p_levels);
     PetscCallMPI(MPI_Allreduce(&box->schur_bytes, &largest, 1, MPIU_REAL, MPIU_MAX, grid->comm));
     if (largest > limit * 1048576.0) {
       PetscCall(DLMModesDestroy(&box->pressure));
     } else {
+      PetscLogDouble start, end;
       PetscCall(DLMBoxBuildSymbol(box));
+      PetscCall(PetscTime(&start));
       PetscCall(DLMBoxBuildSchur(box));
+      PetscCall(PetscTime(&end));
+      box->schur_seconds = end - start;
     }
   }
   *new_box = box;

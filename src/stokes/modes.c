@@ -30,6 +30,26 @@ static void SetAxes(DLMModes *modes)
   modes->plane_size = 4 * ((modes->count[modes->fast] * modes->count[modes->slow] + 3) / 4);
 }
 
+/* Families of `weight` rows, `before` of `total` rows come earlier: who gets it. */
+static PetscInt FamilyOwner(PetscMPIInt size, PetscInt before, PetscInt weight, PetscInt total)
+{
+  return PetscMin(size - 1, (size * (2 * before + weight)) / (2 * total));
+}
+
+PetscInt DLMModesMostPressureRows(PetscInt rows, PetscMPIInt size)
+{
+  PetscInt most = 0, owner = 0, mine = 0;
+
+  for (PetscInt f = 0, before = 0; f <= rows / 2; f++) {
+    const PetscInt weight = f == 0 || 2 * f == rows ? 1 : 2, next = FamilyOwner(size, before, weight, rows);
+    mine  = (next == owner ? mine : 0) + weight;
+    owner = next;
+    most  = PetscMax(most, mine);
+    before += weight;
+  }
+  return most;
+}
+
 /* Rows of slow modes k, -k (mod the coarse number of modes) form a family that stays together; each rank takes a share. */
 static PetscErrorCode ShareRows(DLMModes *modes)
 {
@@ -44,7 +64,7 @@ static PetscErrorCode ShareRows(DLMModes *modes)
   for (PetscInt k = 0; k < period; k++) weight[modes->is_complex ? PetscMin(k, period - k) : k]++;
   for (PetscInt f = 0; f < families; f++) total += weight[f];
   for (PetscInt f = 0; f < families; f++) {
-    owner[f] = PetscMin(modes->size - 1, (modes->size * (2 * before + weight[f])) / (2 * total));
+    owner[f] = FamilyOwner(modes->size, before, weight[f], total);
     before += weight[f];
   }
   for (PetscInt k = 0; k < n; k++) {

@@ -201,13 +201,34 @@ PetscErrorCode DLMStokesDestroy(DLMStokes *pointer)
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode DLMStokesGetPressureBlocks(DLMStokes stokes, PetscReal *bytes, const char **absent)
+PetscErrorCode DLMStokesForeseePressureBlocks(const DLMScene *scene, PetscReal *bytes, PetscBool *exists)
+{
+  PetscInt    line = 2, fast, slow, levels;
+  PetscMPIInt size;
+  PetscReal   row;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(scene->comm, &size));
+  for (PetscInt d = 0; d < 3; d++)
+    if (!scene->box_periodic[d]) line = d;
+  fast    = line == 0 ? 1 : 0;
+  slow    = 3 - line - fast;
+  levels  = scene->cells[line] / 2 + (scene->box_periodic[line] ? 0 : 1);
+  row     = (scene->cells[fast] / 4 + 1) * DLMBoxBlockBytes(levels);
+  *exists = (PetscBool)(scene->box_periodic[fast] && scene->box_periodic[slow] &&
+                        row * DLMModesMostPressureRows(scene->cells[slow] / 2, size) <= scene->stokes_block_limit * 1048576.0);
+  *bytes  = *exists ? row * (scene->cells[slow] / 2) : 0.0;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMStokesGetPressureBlocks(DLMStokes stokes, PetscReal *bytes, PetscLogDouble *seconds, const char **absent)
 {
   const DLMBox *box = stokes->box;
 
   PetscFunctionBeginUser;
-  *bytes  = box->pressure ? box->schur_bytes : 0.0;
-  *absent = box->pressure ? NULL : (box->velocity->is_complex ? "over -stokes_block_limit: conjugate gradients on the pressure" : "fewer than two periodic axes: conjugate gradients on the pressure");
+  *bytes   = box->pressure ? box->schur_bytes : 0.0;
+  *seconds = box->schur_seconds;
+  *absent  = box->pressure ? NULL : (box->velocity->is_complex ? "over -stokes_block_limit: conjugate gradients on the pressure" : "fewer than two periodic axes: conjugate gradients on the pressure");
   PetscFunctionReturn(0);
 }
 
