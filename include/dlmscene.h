@@ -120,6 +120,7 @@ typedef struct {
   PetscReal progress_every;           /* seconds between progress lines in a batch log */
   PetscInt  checkpoint_every;         /* steps between checkpoints; 0: none */
   PetscReal checkpoint_minutes;       /* minutes between checkpoints; 0: none */
+  PetscBool dry_run;                  /* show what a run needs, and end */
   char      restart[PETSC_MAX_PATH_LEN]; /* the checkpoint to go on from, or "" */
   char      source[PETSC_MAX_PATH_LEN]; /* the scene's file, "" if written in options only */
 } DLMScene;

@@ -16,6 +16,11 @@ PETSC_EXTERN PetscErrorCode DLMSimulationCreate(const DLMScene *scene, DLMSimula
 PETSC_EXTERN PetscErrorCode DLMSimulationDestroy(DLMSimulation *sim);
 /* What was built and why. Collective. */
 PETSC_EXTERN PetscErrorCode DLMSimulationView(DLMSimulation sim, PetscViewer viewer);
+/*
+  Prints the scene, what would be built and why, and the memory, disk and time that the run needs, measured on a piece of the scene in a second or two; writes
+  nothing. Refuses what DLMSimulationCreate refuses. Collective.
+*/
+PETSC_EXTERN PetscErrorCode DLMSimulationDryRun(const DLMScene *scene);
 /* Runs to ts_max_time or ts_max_steps, or until SIGTERM or SIGUSR1; goes on from -restart. Writes the output files into scene->output_dir, which it creates. Collective. */
 PETSC_EXTERN PetscErrorCode DLMSimulationSolve(DLMSimulation sim);
 /* True if a signal ended the run before its time; a checkpoint of it was written. */

@@ -28,6 +28,11 @@ static PetscErrorCode Run(int argc, char **argv, PetscBool *stopped)
   }
   PetscCall(DLMSceneCreate(comm, &scene));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
+  if (scene->dry_run && !only_help) {
+    PetscCall(DLMSimulationDryRun(scene));
+    PetscCall(DLMSceneDestroy(&scene));
+    PetscFunctionReturn(0);
+  }
   PetscCall(DLMSimulationCreate(scene, &sim));
   if (!only_help) {
     PetscCall(DLMSceneCheckUnused(comm));

@@ -69,6 +69,7 @@ typedef struct {
 
 struct _p_DLMSimulation {
   const DLMScene *scene;    /* as the user wrote it */
+  const DLMScene *whole;    /* the same, or what the scene is a piece of (dryrun.c) */
   DLMScene        riding;   /* the same in the frame of the mesh; owns its spheres */
   PetscReal       frame_velocity[3];
   DLMPartRecord   part[DLM_N_PARTS];
@@ -111,11 +112,17 @@ PETSC_INTERN PetscErrorCode DLMSimulationBuildParts(DLMSimulation sim);
 /* Counts the heap that the steps have made since the set-up. */
 PETSC_INTERN PetscErrorCode DLMSimulationCountWork(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMSimulationGetModelled(DLMSimulation sim, DLMModelled modelled[DLM_N_PARTS]);
+/* "1.2 GB" */
+PETSC_INTERN void DLMSizeText(PetscReal bytes, char text[32]);
 /* As the table names it. */
 PETSC_INTERN const char *DLMPartName(DLMPart part);
 PETSC_INTERN PetscErrorCode DLMModelledView(const DLMModelled modelled[DLM_N_PARTS], PetscViewer viewer);
-/* sim.c: the TS and its verbs. */
+/* sim.c: the TS and its verbs; numbers that the program chose, beside the table; a simulation of a piece of a scene, described as the whole. Collective. */
 PETSC_INTERN PetscErrorCode DLMSimulationCreateStepping(DLMSimulation sim);
+PETSC_INTERN PetscErrorCode DLMSimulationViewDetails(DLMSimulation sim, PetscViewer viewer);
+PETSC_INTERN PetscErrorCode DLMSimulationCreatePiece(const DLMScene *piece, const DLMScene *whole, DLMSimulation *sim);
+/* Steps dt that fill a time, at most `most`. */
+PETSC_INTERN PetscReal DLMSimulationCountSteps(PetscReal time, PetscReal dt, PetscInt most);
 
 /* frame.c: x + frame_velocity t, for a position or a shift of one. */
 PETSC_INTERN PetscErrorCode DLMSimulationRide(DLMSimulation sim);
@@ -162,10 +169,14 @@ PETSC_INTERN PetscErrorCode DLMSimulationStart(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMCheckpointWrite(DLMSimulation sim, const char *path, PetscReal dt, int *failed);
 PETSC_INTERN PetscErrorCode DLMCheckpointOpen(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMCheckpointLoad(DLMSimulation sim);
+/* Where the opened checkpoint stands. */
+PETSC_INTERN PetscErrorCode DLMCheckpointReadStart(DLMSimulation sim, PetscInt *step, PetscReal *time);
 /* io/fields.c: bytes of numbers in one output of fields. Collective. */
 PETSC_INTERN PetscErrorCode DLMFieldsGetBytes(DLMSimulation sim, PetscReal *bytes);
 /* io/output.c: a TS monitor that writes the run's files and its progress. */
 PETSC_INTERN PetscErrorCode DLMOutputCreate(DLMSimulation sim, DLMOutput *output);
 PETSC_INTERN PetscErrorCode DLMOutputFinish(DLMOutput output);
 PETSC_INTERN PetscErrorCode DLMOutputDestroy(DLMOutput *output);
+/* io/progress.c: "2d 3:04:05" */
+PETSC_INTERN const char *DLMDurationText(double seconds, char text[32]);
 #endif

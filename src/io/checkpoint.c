@@ -263,6 +263,14 @@ PetscErrorCode DLMCheckpointOpen(DLMSimulation sim)
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode DLMCheckpointReadStart(DLMSimulation sim, PetscInt *step, PetscReal *time)
+{
+  PetscFunctionBegin;
+  PetscCall(DLMCheckpointInts(sim->restart, "step", 1, step));
+  PetscCall(DLMCheckpointReals(sim->restart, "time", 1, time));
+  PetscFunctionReturn(0);
+}
+
 /* Steps near the end of a leg were fitted to that end: another end starts from the scene's dt, and so does a changed dt. */
 PetscErrorCode DLMCheckpointLoad(DLMSimulation sim)
 {

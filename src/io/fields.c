@@ -9,13 +9,14 @@ static PetscReal NodesOf(const DLMScene *scene, PetscInt coarsening)
 
 PetscErrorCode DLMFieldsGetBytes(DLMSimulation sim, PetscReal *bytes)
 {
-  PetscInt points = 0;
+  const DLMScene *scene  = sim->whole;
+  PetscInt        points = 0;
 
   PetscFunctionBegin;
-  if (sim->spheres && sim->scene->output_multipliers) PetscCall(DLMPairingGetPoints(sim->pairing, &points, NULL, NULL));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &points, 1, MPIU_INT, MPI_SUM, sim->scene->comm));
-  *bytes = 8.0 * (NodesOf(sim->scene, 1) * (sim->polymer ? 10.0 : 3.0) + NodesOf(sim->scene, 2)) + (4.0 + 8.0 * 10.0) * (PetscReal)sim->scene->n_spheres +
-           (8.0 + 8.0 * 9.0) * (PetscReal)points;
+  if (sim->spheres && scene->output_multipliers) PetscCall(DLMPairingGetPoints(sim->pairing, &points, NULL, NULL));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &points, 1, MPIU_INT, MPI_SUM, scene->comm));
+  *bytes = 8.0 * (NodesOf(scene, 1) * (sim->polymer ? 10.0 : 3.0) + NodesOf(scene, 2)) + (4.0 + 8.0 * 10.0) * (PetscReal)scene->n_spheres +
+           (8.0 + 8.0 * 9.0) * (PetscReal)points * PetscMax(1, scene->n_spheres) / PetscMax(1, sim->scene->n_spheres);
   PetscFunctionReturn(0);
 }
 

@@ -49,12 +49,14 @@ static size_t TerminalWidth(void)
   return width;
 }
 
-static void AddDuration(Line *line, double seconds)
+const char *DLMDurationText(double seconds, char text[32])
 {
   const long s = (long)(PetscMin(seconds, 1e12) + 0.5), days = s / 86400;
+  int        used = 0;
 
-  if (days) Add(line, "%ldd ", days);
-  Add(line, "%ld:%02ld:%02ld", s / 3600 % 24, s / 60 % 60, s % 60);
+  if (days) used = snprintf(text, 32, "%ldd ", days);
+  snprintf(text + used, 32 - (size_t)used, "%ld:%02ld:%02ld", s / 3600 % 24, s / 60 % 60, s % 60);
+  return text;
 }
 
 /* The first step costs more than the others, so the pace is theirs. */
@@ -64,6 +66,7 @@ static PetscErrorCode AddTimeLeft(Line *line, DLMOutput output, PetscInt step, P
   PetscReal      dt, end;
   PetscInt       most;
   double         pace;
+  char           text[32];
 
   PetscFunctionBegin;
   if (made < 1) PetscFunctionReturn(0);
@@ -71,8 +74,7 @@ static PetscErrorCode AddTimeLeft(Line *line, DLMOutput output, PetscInt step, P
   PetscCall(TSGetMaxTime(output->sim->ts, &end));
   PetscCall(TSGetMaxSteps(output->sim->ts, &most));
   pace = made > 1 ? (now - output->started - output->first_seconds) / (made - 1) : output->first_seconds;
-  Add(line, "  left ");
-  AddDuration(line, pace * PetscMin((end - time) / dt, (double)(most - step)));
+  Add(line, "  left %s", DLMDurationText(pace * PetscMin((end - time) / dt, (double)(most - step)), text));
   PetscFunctionReturn(0);
 }
 
@@ -157,11 +159,11 @@ static PetscErrorCode PrintEnd(DLMOutput output, PetscInt step, PetscReal time, 
   const DLMPolymerHealth *w    = &sim->worst;
   Line                    line = { 0 };
   DLMSaddleWork           work;
+  char                    text[32];
 
   PetscFunctionBegin;
   PetscCall(DLMSaddleGetWork(sim->saddle, &work));
-  Add(&line, "%ld steps to t = %.6g took ", (long)(step - output->start_step), (double)time);
-  AddDuration(&line, now - output->started);
+  Add(&line, "%ld steps to t = %.6g took %s", (long)(step - output->start_step), (double)time, DLMDurationText(now - output->started, text));
   PetscCall(AddStepCost(&line, output, step, now, PETSC_TRUE));
   if (sim->spheres && work.solves > 0) Add(&line, "; iterations %.1f a solve, at most %ld", (double)work.iterations / work.solves, (long)work.most_iterations);
   printf("%s\n", line.text);

@@ -14,8 +14,21 @@ PetscReal DLMMemoryInUse(void)
   const struct mallinfo2 info = mallinfo2();
   return (PetscReal)info.uordblks + (PetscReal)info.hblkhd;
 #else
+  return DLMMemoryResident();
+#endif
+}
+
+PetscReal DLMMemoryResident(void)
+{
   PetscLogDouble resident = 0.0;
+
   return PetscMemoryGetCurrentUsage(&resident) ? 0.0 : (PetscReal)resident;
+}
+
+void DLMMemoryTrim(void)
+{
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+  malloc_trim(0);
 #endif
 }
 

@@ -59,7 +59,7 @@ static PetscErrorCode SaveLast(DLMSimulation sim, char note[], size_t size)
   PetscFunctionBegin;
   note[0] = '\0';
   PetscCall(TSGetStepNumber(sim->ts, &step));
-  if (step == 0) PetscFunctionReturn(0);
+  if (step == 0 || sim->scene->dry_run) PetscFunctionReturn(0);
   PetscCall(DLMSaddleGetFluid(sim->saddle, &fluid));
   PetscCall(VecCopy(sim->kept_fluid, fluid));
   if (sim->spheres) {

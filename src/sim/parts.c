@@ -36,7 +36,7 @@ static void Take(DLMSimulation sim, DLMPart from, DLMPartRecord *part, PetscReal
 
 static PetscErrorCode Grid(DLMSimulation sim, DLMPartRecord *part)
 {
-  const PetscInt *cells = sim->scene->cells;
+  const PetscInt *cells = sim->whole->cells;
 
   PetscFunctionBegin;
   PetscCall(DLMGridCreate(&sim->riding, &sim->grid));
@@ -74,7 +74,7 @@ static PetscErrorCode PressureBlocks(DLMSimulation sim, DLMPartRecord *part)
 
 static PetscErrorCode Spheres(DLMSimulation sim, DLMPartRecord *part)
 {
-  const PetscInt n = sim->scene->n_spheres;
+  const PetscInt n = sim->scene->n_spheres, all = sim->whole->n_spheres;
 
   PetscFunctionBegin;
   if (!n) {
@@ -84,7 +84,7 @@ static PetscErrorCode Spheres(DLMSimulation sim, DLMPartRecord *part)
   PetscCall(DLMSpheresCreate(sim->grid, &sim->riding, &sim->spheres));
   PetscCall(DLMPairingCreate(sim->spheres, &sim->riding, &sim->pairing));
   PetscCall(PetscCalloc2(3 * n, &sim->force, 3 * n, &sim->torque));
-  PetscCall(Say(part, PETSC_TRUE, "%ld sphere%s: states, points and their pairing with the mesh", (long)n, n > 1 ? "s" : ""));
+  PetscCall(Say(part, PETSC_TRUE, "%ld sphere%s: states, points and their pairing with the mesh", (long)all, all > 1 ? "s" : ""));
   PetscFunctionReturn(0);
 }
 
@@ -95,7 +95,7 @@ static PetscErrorCode Lubrication(DLMSimulation sim, DLMPartRecord *part)
     PetscCall(Say(part, PETSC_FALSE, no_spheres));
     PetscFunctionReturn(0);
   }
-  PetscCall(DLMLubricationCreate(sim->scene, &sim->lubrication));
+  PetscCall(DLMLubricationCreate(sim->whole, &sim->lubrication));
   if (sim->lubrication.absent) PetscCall(Say(part, PETSC_FALSE, "%s", sim->lubrication.absent));
   else PetscCall(Say(part, PETSC_TRUE, "friction across gaps of up to %.3g mean radii, which the mesh does not resolve", (double)sim->lubrication.range));
   PetscFunctionReturn(0);
@@ -108,7 +108,7 @@ static PetscErrorCode Contact(DLMSimulation sim, DLMPartRecord *part)
     PetscCall(Say(part, PETSC_FALSE, no_spheres));
     PetscFunctionReturn(0);
   }
-  PetscCall(DLMContactCreate(sim->scene, sim->lubrication.exists, &sim->contact));
+  PetscCall(DLMContactCreate(sim->whole, sim->lubrication.exists, &sim->contact));
   if (sim->contact.absent) PetscCall(Say(part, PETSC_FALSE, "%s", sim->contact.absent));
   else PetscCall(Say(part, PETSC_TRUE, "bodies can meet: range %.3g, stiffness %.3g", (double)sim->contact.range, (double)sim->contact.stiffness));
   PetscFunctionReturn(0);
@@ -134,9 +134,9 @@ static PetscErrorCode InertiaOfSpheres(DLMSimulation sim, DLMPartRecord *part)
   PetscBool free = PETSC_FALSE;
 
   PetscFunctionBegin;
-  for (PetscInt i = 0; i < sim->scene->n_spheres; i++) free = (PetscBool)(free || sim->scene->spheres[i].motion != DLM_MOTION_FIXED);
+  for (PetscInt i = 0; i < sim->whole->n_spheres; i++) free = (PetscBool)(free || sim->whole->spheres[i].motion != DLM_MOTION_FIXED);
   if (!sim->spheres) PetscCall(Say(part, PETSC_FALSE, no_spheres));
-  else if (!sim->scene->sphere_inertia) PetscCall(Say(part, PETSC_FALSE, "-sphere_inertia 0"));
+  else if (!sim->whole->sphere_inertia) PetscCall(Say(part, PETSC_FALSE, "-sphere_inertia 0"));
   else PetscCall(Say(part, free, free ? "-sphere_inertia: M dV/dt and I domega/dt" : "every sphere is fixed"));
   PetscFunctionReturn(0);
 }
@@ -174,6 +174,7 @@ static PetscErrorCode Blocks(DLMSimulation sim, DLMPartRecord *part)
   PetscCall(DLMSaddleGetParts(sim->saddle, &parts));
   Take(sim, DLM_PART_FLOW, part, parts.block_bytes, parts.block_seconds);
   if (!sim->spheres) PetscCall(Say(part, PETSC_FALSE, no_spheres));
+  else if (sim->scene->n_spheres < sim->whole->n_spheres) PetscCall(Say(part, PETSC_TRUE, "precondition the spheres, one for each cluster of near ones"));
   else
     PetscCall(Say(part, PETSC_TRUE, "precondition the spheres: %ld block%s of up to %ld unknowns", (long)parts.clusters, parts.clusters > 1 ? "s" : "", (long)parts.largest));
   PetscFunctionReturn(0);
@@ -233,12 +234,12 @@ static PetscErrorCode Bulk(DLMSimulation sim, DLMPartRecord *part)
   DLMShear shear;
 
   PetscFunctionBegin;
-  if (DLMSceneGetShear(sim->scene, &shear)) PetscCall(Say(part, PETSC_TRUE, "bulk.csv, -output_every %ld: walls shear the box at the rate %.4g", (long)sim->scene->output_every, (double)shear.rate));
+  if (DLMSceneGetShear(sim->whole, &shear)) PetscCall(Say(part, PETSC_TRUE, "bulk.csv, -output_every %ld: walls shear the box at the rate %.4g", (long)sim->scene->output_every, (double)shear.rate));
   else PetscCall(Say(part, PETSC_FALSE, "no shear between two walls alone"));
   PetscFunctionReturn(0);
 }
 
-static void SizeText(PetscReal bytes, char text[32])
+void DLMSizeText(PetscReal bytes, char text[32])
 {
   static const char *const units[] = { "bytes", "kB", "MB", "GB", "TB" };
   int                      k       = 0;
@@ -263,10 +264,10 @@ static PetscErrorCode Fields(DLMSimulation sim, DLMPartRecord *part)
   PetscCall(DLMFieldsGetBytes(sim, &bytes));
   PetscCall(TSGetMaxTime(sim->ts, &end));
   PetscCall(TSGetMaxSteps(sim->ts, &most));
-  steps = PetscMin(PetscCeilReal(end / sim->scene->ts_dt - 1e-9), (PetscReal)most);
-  SizeText(bytes, one);
+  steps = DLMSimulationCountSteps(end, sim->scene->ts_dt, most);
+  DLMSizeText(bytes, one);
   if (!sim->adapt.exists) {
-    SizeText(bytes * (1.0 + PetscCeilReal(steps / every)), run + 2);
+    DLMSizeText(bytes * (1.0 + PetscCeilReal(steps / every)), run + 2);
     run[0] = ',';
     run[1] = ' ';
     PetscCall(PetscStrlcat(run, " in all", sizeof(run)));

@@ -11,6 +11,7 @@ PetscErrorCode DLMSimulationCreateStepping(DLMSimulation sim)
   PetscCall(TSSetMaxTime(sim->ts, sim->scene->ts_max_time));
   PetscCall(TSSetExactFinalTime(sim->ts, TS_EXACTFINALTIME_MATCHSTEP));
   PetscCall(DLMSimulationAddSubsteps(sim));
+  PetscCall(TSSetApplicationContext(sim->ts, sim));
   PetscCall(DLMSplitSetState(sim->ts, DLMSimulationLoad, DLMSimulationStore, sim));
   PetscCall(DLMAdaptRegister());
   PetscCall(TSSetTolerances(sim->ts, PETSC_DECIDE, NULL, sim->scene->ts_rtol, NULL));
@@ -22,7 +23,19 @@ PetscErrorCode DLMSimulationCreateStepping(DLMSimulation sim)
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode DLMSimulationCreate(const DLMScene *scene, DLMSimulation *new_sim)
+PetscReal DLMSimulationCountSteps(PetscReal time, PetscReal dt, PetscInt most)
+{
+  return PetscMax(0.0, PetscMin(PetscCeilReal(time / dt - 1e-9), (PetscReal)most));
+}
+
+PetscErrorCode DLMSimulationCreate(const DLMScene *scene, DLMSimulation *sim)
+{
+  PetscFunctionBeginUser;
+  PetscCall(DLMSimulationCreatePiece(scene, scene, sim));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSimulationCreatePiece(const DLMScene *scene, const DLMScene *whole, DLMSimulation *new_sim)
 {
   DLMSimulation  sim;
   PetscLogDouble now;
@@ -31,6 +44,7 @@ PetscErrorCode DLMSimulationCreate(const DLMScene *scene, DLMSimulation *new_sim
   PetscCall(PetscNew(&sim));
   PetscCall(PetscTime(&sim->created));
   sim->scene = scene;
+  sim->whole = whole;
   PetscCall(DLMSimulationRide(sim));
   PetscCall(DLMCheckpointOpen(sim));
   sim->gap = sim->smallest_gap = PETSC_INFINITY;
@@ -70,12 +84,20 @@ PetscErrorCode DLMSimulationDestroy(DLMSimulation *pointer)
 
 PetscErrorCode DLMSimulationView(DLMSimulation sim, PetscViewer viewer)
 {
-  const DLMScene *scene = sim->scene;
-  DLMModelled     modelled[DLM_N_PARTS];
+  DLMModelled modelled[DLM_N_PARTS];
 
   PetscFunctionBeginUser;
   PetscCall(DLMSimulationGetModelled(sim, modelled));
   PetscCall(DLMModelledView(modelled, viewer));
+  PetscCall(DLMSimulationViewDetails(sim, viewer));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSimulationViewDetails(DLMSimulation sim, PetscViewer viewer)
+{
+  const DLMScene *scene = sim->whole;
+
+  PetscFunctionBegin;
   if (sim->polymer) PetscCall(DLMPolymerView(sim->polymer, viewer));
   if (sim->frame_velocity[0] != 0.0 || sim->frame_velocity[1] != 0.0 || sim->frame_velocity[2] != 0.0)
     PetscCall(PetscViewerASCIIPrintf(viewer, "Mesh: rides with the mean wall velocity %.6g,%.6g,%.6g\n", (double)sim->frame_velocity[0],

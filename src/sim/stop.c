@@ -52,7 +52,6 @@ PetscErrorCode DLMStopCatch(DLMSimulation sim)
   sigemptyset(&action.sa_mask);
   for (int k = 0; k < 2; k++) sigaction(signals[k], &action, &before[k]);
   PetscCall(PetscTime(&sim->last_checkpoint));
-  PetscCall(TSSetApplicationContext(sim->ts, sim));
   PetscCall(TSSetPostStep(sim->ts, Agree));
   PetscFunctionReturn(0);
 }

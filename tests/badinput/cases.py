@@ -54,6 +54,7 @@ CASES = [
     ("-fluid_density -1", {}, r"-fluid_density -1: '-1' is out of range; allowed: a number >= 0"),
     ("-fluid_model newtonain", {}, r"-fluid_model newtonain: 'newtonain' is not known; allowed: newtonian"),
     ("-sphere_motion frei", {}, r"-sphere_motion frei: 'frei' is not known; allowed: free, rotate or fixed"),
+    ("-dry_run maybe", {}, r"-dry_run maybe: 'maybe' is neither true nor false; allowed: true or false"),
     ("-sphere_inertia maybe", {}, r"-sphere_inertia maybe: 'maybe' is neither true nor false; allowed: true or false"),
     ("-sphere_radius 0", {}, r"-sphere_radius 0: '0' is out of range; allowed: a number > 0"),
     ("-sphere_density 0", {}, r"-sphere_density 0: '0' is out of range; allowed: a number > 0"),
