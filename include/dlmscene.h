@@ -150,8 +150,11 @@ PETSC_EXTERN PetscErrorCode DLMSceneView(const DLMScene *scene, PetscViewer view
   an even number of cells; 0 without spheres) and dt (0 if nothing drives the scene). Not collective; a user error if no mesh fits the box.
 */
 PETSC_EXTERN PetscErrorCode DLMScenePresetMesh(const DLMScene *scene, DLMAccuracy accuracy, PetscReal *resolution, PetscReal *dt);
-/* Prints the presets for this scene: mesh, time step, and the error measured in the scene most like it, with the range in which that was measured. Collective. */
-PETSC_EXTERN PetscErrorCode DLMScenePresetView(const DLMScene *scene, PetscViewer viewer);
+/*
+  Prints the presets for this scene: mesh, time step, the error measured in a scene like it, with the range in which that was measured, and how long a run
+  over `time` takes at node_seconds per node and step. Collective.
+*/
+PETSC_EXTERN PetscErrorCode DLMScenePresetView(const DLMScene *scene, PetscReal node_seconds, PetscReal time, PetscViewer viewer);
 /* Refuses keys of the options database that nothing has read. Call once every object is set up. Collective. */
 PETSC_EXTERN PetscErrorCode DLMSceneCheckUnused(MPI_Comm comm);
 /* Writes the table of keys as Markdown (docs/options.md) to file. Rank 0 only. */

@@ -15,7 +15,7 @@ add_test(NAME scenes.tradeoff COMMAND ${DLM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/
 set_tests_properties(scenes.tradeoff PROPERTIES LABELS scenes TIMEOUT 300)
 
 # Presets of -accuracy (tests/scenes/presets.py).
-foreach(group short long)
+foreach(group short foretold long)
   add_test(NAME scenes.presets_${group} COMMAND ${DLM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenes/presets.py ${group} $<TARGET_FILE:dlmfd> ${DLM_MPIRUN})
   set_tests_properties(scenes.presets_${group} PROPERTIES LABELS scenes TIMEOUT 900)
 endforeach()

@@ -112,8 +112,6 @@ PETSC_INTERN PetscErrorCode DLMSimulationBuildParts(DLMSimulation sim);
 /* Counts the heap that the steps have made since the set-up. */
 PETSC_INTERN PetscErrorCode DLMSimulationCountWork(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMSimulationGetModelled(DLMSimulation sim, DLMModelled modelled[DLM_N_PARTS]);
-/* "1.2 GB" */
-PETSC_INTERN void DLMSizeText(PetscReal bytes, char text[32]);
 /* As the table names it. */
 PETSC_INTERN const char *DLMPartName(DLMPart part);
 PETSC_INTERN PetscErrorCode DLMModelledView(const DLMModelled modelled[DLM_N_PARTS], PetscViewer viewer);
@@ -177,6 +175,4 @@ PETSC_INTERN PetscErrorCode DLMFieldsGetBytes(DLMSimulation sim, PetscReal *byte
 PETSC_INTERN PetscErrorCode DLMOutputCreate(DLMSimulation sim, DLMOutput *output);
 PETSC_INTERN PetscErrorCode DLMOutputFinish(DLMOutput output);
 PETSC_INTERN PetscErrorCode DLMOutputDestroy(DLMOutput *output);
-/* io/progress.c: "2d 3:04:05" */
-PETSC_INTERN const char *DLMDurationText(double seconds, char text[32]);
 #endif

@@ -6,6 +6,7 @@
 #include <stdarg.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
+#include "../../include/private/amounts.h"
 #include "../../include/private/outputimpl.h"
 
 /* A line that grows; what does not fit is left out. */
@@ -47,16 +48,6 @@ static size_t TerminalWidth(void)
   width = Columns(file);
   close(file);
   return width;
-}
-
-const char *DLMDurationText(double seconds, char text[32])
-{
-  const long s = (long)(PetscMin(seconds, 1e12) + 0.5), days = s / 86400;
-  int        used = 0;
-
-  if (days) used = snprintf(text, 32, "%ldd ", days);
-  snprintf(text + used, 32 - (size_t)used, "%ld:%02ld:%02ld", s / 3600 % 24, s / 60 % 60, s % 60);
-  return text;
 }
 
 /* The first step costs more than the others, so the pace is theirs. */

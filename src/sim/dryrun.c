@@ -1,6 +1,7 @@
 /* -dry_run: what a run would build, need and take, printed without writing anything. */
 #include <sys/statvfs.h>
 #include <unistd.h>
+#include "../../include/private/amounts.h"
 #include "../../include/private/dryrun.h"
 
 /* Bytes of a row of trajectory.csv and of bulk.csv (measured). */
@@ -115,13 +116,10 @@ static PetscErrorCode ViewDisk(DLMSimulation sim, const Files *files)
   char            all[32], room[32], one[32];
 
   PetscFunctionBegin;
-  DLMSizeText(bytes[0] + bytes[1] + bytes[2] + 2.0 * bytes[3], all);
-  DLMSizeText(FreeRoom(sim->whole->output_dir), room);
-  PetscCall(PetscPrintf(comm, "disk      %s of %s that are free: ", all, room));
-  for (int k = 0; k < 4; k++) {
-    DLMSizeText(bytes[k], one);
-    if (bytes[k] > 0.0) PetscCall(PetscPrintf(comm, "%s %s%s, ", names[k], one, k == 3 ? ", twice while it is replaced" : ""));
-  }
+  PetscCall(PetscPrintf(comm, "disk      %s of %s that are free: ", DLMSizeText(bytes[0] + bytes[1] + bytes[2] + 2.0 * bytes[3], all),
+                        DLMSizeText(FreeRoom(sim->whole->output_dir), room)));
+  for (int k = 0; k < 4; k++)
+    if (bytes[k] > 0.0) PetscCall(PetscPrintf(comm, "%s %s%s, ", names[k], DLMSizeText(bytes[k], one), k == 3 ? ", twice while it is replaced" : ""));
   PetscCall(PetscPrintf(comm, "summary.json\n"));
   PetscFunctionReturn(0);
 }
@@ -164,12 +162,13 @@ static PetscErrorCode Foresee(DLMSimulation sim, PetscInt step, PetscReal time, 
   PetscViewer viewer = PETSC_VIEWER_STDOUT_(sim->scene->comm);
   DLMEstimate estimate;
   Files       files;
-  PetscReal   dt = sim->whole->ts_dt, end, steps;
+  PetscReal   dt = sim->whole->ts_dt, end, steps, nodes, ghosts;
   PetscInt    most;
 
   PetscFunctionBegin;
   PetscCall(TSGetMaxTime(sim->ts, &end));
   PetscCall(TSGetMaxSteps(sim->ts, &most));
+  PetscCall(DLMGridForesee(sim->whole, NULL, &nodes, &ghosts));
   PetscCall(DLMEstimateMake(sim, set_up, &estimate));
   if (sim->adapt.exists) PetscCall(TSGetTimeStep(sim->ts, &dt));
   steps = DLMSimulationCountSteps(end - time, dt, most - step);
@@ -180,6 +179,7 @@ static PetscErrorCode Foresee(DLMSimulation sim, PetscInt step, PetscReal time, 
   PetscCall(ViewMemory(sim, &estimate, files.passing));
   PetscCall(ViewDisk(sim, &files));
   PetscCall(ViewTime(sim, steps, &estimate));
+  PetscCall(DLMScenePresetView(sim->whole, estimate.step / nodes, end - time, viewer));
   PetscFunctionReturn(0);
 }
 

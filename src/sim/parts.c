@@ -3,6 +3,7 @@
   simulation (sim.c), is shown at the start of a run and written to summary.json, and dryrun.c estimates by it.
 */
 #include <stdarg.h>
+#include "../../include/private/amounts.h"
 #include "../../include/private/memory.h"
 #include "../../include/private/simimpl.h"
 
@@ -237,15 +238,6 @@ static PetscErrorCode Bulk(DLMSimulation sim, DLMPartRecord *part)
   if (DLMSceneGetShear(sim->whole, &shear)) PetscCall(Say(part, PETSC_TRUE, "bulk.csv, -output_every %ld: walls shear the box at the rate %.4g", (long)sim->scene->output_every, (double)shear.rate));
   else PetscCall(Say(part, PETSC_FALSE, "no shear between two walls alone"));
   PetscFunctionReturn(0);
-}
-
-void DLMSizeText(PetscReal bytes, char text[32])
-{
-  static const char *const units[] = { "bytes", "kB", "MB", "GB", "TB" };
-  int                      k       = 0;
-
-  for (; bytes >= 1000.0 && k < 4; k++) bytes /= 1000.0;
-  snprintf(text, 32, "%.3g %s", (double)bytes, units[k]);
 }
 
 /* With the size of an output and, if the steps are known, of all of a run that starts anew: a disk too small is seen in time. */

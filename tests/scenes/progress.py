@@ -69,7 +69,7 @@ def numbers(command, folder):
     good = check([each[0] for each in found] == [1, 2, 3, 4, 5, 6] and "\r" not in text, "a log has one line a step, none rewritten, through mpirun too")
     good &= check(all(sum(each[4].values()) <= 106 for each in found) and statistics.median(sum(each[4].values()) for each in found) >= 85 and
                   {"saddle", "advect", "stretch"} <= set().union(*(each[4] for each in found)),
-                  "the parts of a step are all of it")
+                  f"the parts of a step are all of it: {[each[4] for each in found]}")
     good &= check(all(each[2] <= 2 * each[3] * (6 - each[0]) + 2 for each in found[1:-1]) and found[-1][2] is None, "time left is that of the steps left; the last line has none")
     good &= check(set(health[0]) == {"its", "CFL", "gap", "eig", "tr", "El"}, "iterations, Courant number, gap, eigenvalue, trace, elastic number")
     good &= check(near(min(each["eig"] for each in health), summary["polymer"]["smallest_eigenvalue"], 2), "smallest eigenvalue of the run is the smallest of the lines")
