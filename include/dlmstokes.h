@@ -50,6 +50,11 @@ PETSC_EXTERN PetscErrorCode DLMStokesGetWallForce(DLMStokes stokes, Vec *rhs);
   solvers are left alone. Collective.
 */
 PETSC_EXTERN PetscErrorCode DLMStokesSetInnerTolerance(DLMStokes stokes, PetscReal rtol, PetscReal *before);
+/*
+  Raises PETSC_ERR_NOT_CONVERGED, naming solver and keys, if a Stokes solve since the last call failed, be it DLMStokesSolve or one inside another solver.
+  Collective.
+*/
+PETSC_EXTERN PetscErrorCode DLMStokesRequireSolved(DLMStokes stokes);
 /* x <- K^-1 rhs. Collective. Raises PETSC_ERR_NOT_CONVERGED naming the solver if it fails. */
 PETSC_EXTERN PetscErrorCode DLMStokesSolve(DLMStokes stokes, Vec rhs, Vec x);
 #endif

@@ -20,6 +20,9 @@ struct _p_DLMStokes {
   DLMGrid     grid;
   PetscReal   viscosity;
   PetscReal   speed;          /* norm of the last velocity of an inner solve */
+  PetscBool   watch_inner;    /* the inner solves have to converge, since nothing around them checks */
+  KSP         failed;         /* the first solve that was no good since the last DLMStokesRequireSolved, and why; NULL: none */
+  KSPConvergedReason failure;
   DLMBox     *box;
   Mat         A, B, BT, K; /* A shell or assembled; B = -divergence (shell) */
   Mat         mass;        /* -pressure mass / mu: stands in for the Schur complement where it is not exact */

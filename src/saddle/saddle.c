@@ -247,6 +247,7 @@ PetscErrorCode DLMSaddleSolve(DLMSaddle s, DLMInertia inertia, const PetscReal *
   PetscCall(BalanceStart(s, force, torque));
   PetscCall(SetRightHandSide(s, body_force));
   PetscCall(KSPSolve(s->ksp, s->rhs, s->x));
+  PetscCall(DLMStokesRequireSolved(s->stokes));
   PetscCall(KSPGetConvergedReason(s->bodies_ksp, &reason));
   PetscCall(KSPGetIterationNumber(s->bodies_ksp, &its));
   DLMUserCheck(reason != KSP_DIVERGED_NANORINF, s->scene->comm, "the flow is no longer finite: use a smaller -ts_dt");

@@ -44,6 +44,7 @@ static PetscErrorCode InsertDefaults(PetscBool exact)
     PetscBool   set;
     PetscCall(PetscOptionsHasName(NULL, NULL, fieldsplit_defaults[i].name, &set));
     if (!set && value) PetscCall(PetscOptionsSetValue(NULL, fieldsplit_defaults[i].name, value));
+    if (!set && value) PetscCall(PetscOptionsHasName(NULL, NULL, fieldsplit_defaults[i].name, &set)); /* marks it as read: another solver than ours may not need it */
   }
   PetscFunctionReturn(0);
 }
@@ -88,10 +89,29 @@ static PetscErrorCode CreateParts(DLMStokes stokes)
   PetscFunctionReturn(0);
 }
 
+/*
+  The first solve that is no good. Solves around it go on when it ran out of iterations. Where an outer Krylov method checks its own residual, it may live with
+  that of an inner one, and is watched itself.
+*/
+static PetscErrorCode NoteFailure(KSP ksp, Vec rhs, Vec x, void *context)
+{
+  DLMStokes          stokes = (DLMStokes)context;
+  KSPConvergedReason reason;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  if (reason >= 0 || stokes->failed) PetscFunctionReturn(0);
+  if (ksp != stokes->ksp && !stokes->watch_inner) PetscFunctionReturn(0);
+  stokes->failed  = ksp;
+  stokes->failure = reason;
+  PetscFunctionReturn(0);
+}
+
 /* Norm of the last velocity that an inner solve gave. */
 static PetscErrorCode TakeSpeed(KSP ksp, Vec rhs, Vec u, void *context)
 {
   PetscFunctionBegin;
+  PetscCall(NoteFailure(ksp, rhs, u, context));
   PetscCall(VecNorm(u, NORM_2, &((DLMStokes)context)->speed));
   PetscFunctionReturn(0);
 }
@@ -117,6 +137,7 @@ static PetscErrorCode ConfigureSubSolvers(DLMStokes stokes, PC pc)
   PetscCall(PCFieldSplitSchurGetSubKSP(pc, NULL, &sub));
   PetscCall(KSPSetPostSolve(sub[0], TakeSpeed, stokes));
   PetscCall(KSPSetPreSolve(sub[1], SetRounding, stokes));
+  PetscCall(KSPSetPostSolve(sub[1], NoteFailure, stokes));
   if (stokes->viscous_dm) {
     PetscCall(KSPSetDM(sub[0], stokes->viscous_dm));
     PetscCall(KSPSetDMActive(sub[0], PETSC_FALSE));
@@ -152,6 +173,8 @@ static PetscErrorCode CreateSolver(DLMStokes stokes)
     PetscCall(KSPSetFromOptions(stokes->ksp));
   }
   PetscCall(KSPSetUp(stokes->ksp));
+  PetscCall(KSPSetPostSolve(stokes->ksp, NoteFailure, stokes));
+  PetscCall(PetscObjectTypeCompare((PetscObject)stokes->ksp, KSPPREONLY, &stokes->watch_inner));
   if (split) PetscCall(ConfigureSubSolvers(stokes, pc));
   PetscFunctionReturn(0);
 }
@@ -319,35 +342,29 @@ PetscErrorCode DLMStokesSetInnerTolerance(DLMStokes stokes, PetscReal rtol, Pets
   PetscFunctionReturn(0);
 }
 
-/*
-  Why a solve is no good, or a positive reason. KSPPREONLY does not see that an inner solve of PCFIELDSPLIT ran out of iterations;
-  an outer Krylov method that checks its own residual may live with it.
-*/
-static PetscErrorCode GetReason(KSP ksp, KSPConvergedReason *reason)
+PetscErrorCode DLMStokesRequireSolved(DLMStokes stokes)
 {
-  PetscBool unchecked, split;
-  KSP      *sub;
-  PC        pc;
+  const KSPConvergedReason reason = stokes->failure;
+  PetscReal                rtol;
+  PetscInt                 most;
+  const char              *prefix;
 
-  PetscFunctionBegin;
-  PetscCall(KSPGetConvergedReason(ksp, reason));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPREONLY, &unchecked));
-  PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCFIELDSPLIT, &split));
-  if (!unchecked || !split || *reason < 0) PetscFunctionReturn(0);
-  PetscCall(PCFieldSplitSchurGetSubKSP(pc, NULL, &sub));
-  for (int i = 0; i < 2 && *reason >= 0; i++) PetscCall(KSPGetConvergedReason(sub[i], reason));
-  PetscCall(PetscFree(sub));
+  PetscFunctionBeginUser;
+  if (!stokes->failed) PetscFunctionReturn(0);
+  PetscCall(KSPGetTolerances(stokes->failed, &rtol, NULL, NULL, &most));
+  PetscCall(KSPGetOptionsPrefix(stokes->failed, &prefix));
+  stokes->failed = NULL;
+  DLMUserCheck(reason != KSP_DIVERGED_NANORINF, stokes->grid->comm, "the flow is no longer finite: use a smaller -ts_dt");
+  PetscCheck(PETSC_FALSE, stokes->grid->comm, PETSC_ERR_NOT_CONVERGED,
+             "-%sksp_rtol %.3g: the solve for %s did not reach it (%s, at most %" PetscInt_FMT " iterations); allowed: a larger one, a larger -%sksp_max_it, or the solvers chosen by the program",
+             prefix, (double)rtol, strstr(prefix, "pressure") ? "the pressure" : (strstr(prefix, "velocity") ? "the velocity" : "the flow"), KSPConvergedReasons[reason], most, prefix);
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode DLMStokesSolve(DLMStokes stokes, Vec rhs, Vec x)
 {
-  KSPConvergedReason reason;
-
   PetscFunctionBeginUser;
   PetscCall(KSPSolve(stokes->ksp, rhs, x));
-  PetscCall(GetReason(stokes->ksp, &reason));
-  PetscCheck(reason >= 0, stokes->grid->comm, PETSC_ERR_NOT_CONVERGED, "-stokes_ksp_type and the keys below it: the Stokes solve did not converge (%s); allowed: a larger ..._ksp_rtol or ..._ksp_max_it, or the solvers chosen by the program", KSPConvergedReasons[reason]);
+  PetscCall(DLMStokesRequireSolved(stokes));
   PetscFunctionReturn(0);
 }

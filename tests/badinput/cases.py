@@ -24,6 +24,11 @@ CASES = [
     ("-ts_type foo", {}, r"-ts_type foo: Unknown TS type: foo; allowed"),
     ("-stokes_ksp_error_if_not_converged maybe", {}, r"-stokes_ksp_error_if_not_converged maybe: Unknown logical value: maybe; allowed"),
     (SPHERE + " -saddle_fieldsplit_bodies_ksp_max_it 1.5", {}, r"-saddle_fieldsplit_bodies_ksp_max_it 1\.5: Input string 1\.5 has no integer value .*; allowed"),
+    # solves that fail, the second within that of the bodies
+    (SPHERE + " -box_periodic 1,0,0 -stokes_fieldsplit_pressure_ksp_max_it 3", {},
+     r"-stokes_fieldsplit_pressure_ksp_rtol 0\.0001: the solve for the pressure did not reach it \(DIVERGED_ITS, at most 3 iterations\); allowed: a larger one, a larger -stokes_fieldsplit"),
+    (SPHERE + " -box_periodic 1,0,0 -grid_resolution 16 -sphere_radius 0.15 -sphere_inertia 0 -gravity 1,0,0 -sphere_density 2 -stokes_fieldsplit_pressure_ksp_max_it 20", {},
+     r"-stokes_fieldsplit_pressure_ksp_rtol 1e-10: the solve for the pressure did not reach it \(DIVERGED_ITS, at most 20 iterations\); allowed: a larger one, a larger -stokes_fieldsplit", 2),
     (SPHERE + " -saddle_split zzz", {}, r"-saddle_split zzz: Unknown option zzz for -saddle_split\. Available options: fluid velocity"),
     ("-ts_monitor foo:bar", {}, r"-ts_monitor foo:bar: Unknown PetscViewer type given: foo; allowed"),
     # arguments
