@@ -144,7 +144,7 @@ const DLMSceneKey DLMSceneKeys[] = {
   {"Output", "checkpoint_minutes", DLM_KEY_REAL, "0", AT(scene.checkpoint_minutes), NOT_NEGATIVE, "minutes",
    "minutes between checkpoints; 0: none. SIGTERM and SIGUSR1 write one always, and end the run with exit code 3"},
   {"Output", "dry_run", DLM_KEY_BOOL, "false", AT(scene.dry_run), ANY, "",
-   "shows the scene as understood, what would be built and why, memory, disk and time needed, and ends: nothing is written"},
+   "shows the scene as understood, what would be built and why, memory, disk and time needed, also by each -accuracy, and ends: nothing is written"},
   {"Output", "restart", DLM_KEY_TEXT, "", AT(scene.restart), ANY, "",
    "checkpoint to go on from, on any number of ranks, with the files in -output_dir; box, mesh, kind of fluid and spheres must be those of its run"},
 };
