@@ -28,6 +28,3 @@ set_tests_properties(many_fuzz PROPERTIES LABELS "badinput;long")
 string(REPLACE ";" " " DLM_MPIRUN_WORDS "${DLM_MPIRUN}")
 add_test(NAME scenes.extremes COMMAND ${DLM_PYTHON} -B ${PROJECT_SOURCE_DIR}/tools/extremes --quick --program $<TARGET_FILE:dlmfd> --mpirun ${DLM_MPIRUN_WORDS})
 set_tests_properties(scenes.extremes PROPERTIES LABELS scenes PROCESSORS 2 TIMEOUT 900)
-
-add_test(NAME docs COMMAND ${DLM_PYTHON} -B ${CMAKE_CURRENT_SOURCE_DIR}/docs/run.py ${PROJECT_SOURCE_DIR})
-set_tests_properties(docs PROPERTIES LABELS scenes)

@@ -6,7 +6,7 @@
 
 The columns of conditions are the keys of scene_of(): lengths over the radius a; for a pair half of the difference of its centres, for one sphere the
 place of its centre at the start; Wi = lambda1 times the shear rate. phi: volume fraction. `value` is a number, a word, or an expression in Wi, s =
-t/lambda1 at the end of the run, and b = 1 - lambda2/lambda1. A quantity names one of MEASURES.
+t/lambda1 at the end of the run, b = 1 - lambda2/lambda1, and Carreau's n. A quantity names one of MEASURES.
 """
 import collections
 import csv
@@ -137,6 +137,17 @@ def speed_beyond_walls(run):
     return settled(run.paths[0]["time"], abs(beyond) / (rate * run.box[gradient]))
 
 
+def at_start(run, measure):
+    """A measure in the first row, which balances the forces of C = I if the sphere has no inertia."""
+    if run.scene["sphere_inertia"] or run.paths[0]["time"][0] > 0:
+        raise NotYet("only runs from t = 0 without inertia (-sphere_inertia 0) begin with it")
+    whole, run.paths = run.paths, [{name: column[:1] for name, column in path.items()} for path in run.paths]
+    try:
+        return measure(run)
+    finally:
+        run.paths = whole
+
+
 def pair(run):
     """Time by the shear rate, and half of the difference of the two centres over a: x1 (negative at first), x3 (positive at first)."""
     first, second = run.paths
@@ -221,9 +232,31 @@ def conformation(run, component):
     return float(abs(c).max()), f"differs by {np.ptp(c):.1e} from place to place" if np.ptp(c) > 1e-6 else ""
 
 
+def steady(run):
+    if run.summary["time"] < 10 * run.scene.get("relaxation_time", 0.0):
+        raise NotYet(f"not steady: the run ends at t = {run.summary['time']:.4g}, before ten relaxation times")
+
+
 def poiseuille(run):
+    steady(run)
     u = abs(field(run, "velocity")[..., 0]).max()
     return float(u * 8 * run.scene["fluid_viscosity"] / (abs(run.scene["pressure_gradient"][0]) * run.box[2] ** 2)), ""
+
+
+def poiseuille_stress(run, component, power):
+    """C13 over lambda1 u1', or C11 - 1 over 2 (lambda1 u1')^2, at x3 = -L3/4, where u1' = G L3/(4 eta1)."""
+    steady(run)
+    slope = abs(run.scene["pressure_gradient"][0]) * run.box[2] / (4 * run.scene["fluid_viscosity"])
+    field(run, f"C{component}")
+    _, heights, c = run.fields.plane(run.fields.steps[-1], "conformation", 1, 0.0)
+    c = np.interp(-run.box[2] / 4, heights, c[:, 0, run.fields.component(run.fields.steps[-1], component)])
+    return float((abs(c) - (power == 2)) / (power * (run.scene["relaxation_time"] * slope) ** power)), ""
+
+
+def shear_stress(run):
+    if run.bulk is None:
+        raise NotYet("the run has no bulk.csv")
+    return settled(run.bulk["time"], run.bulk["stress12"] / (run.scene["fluid_viscosity"] * run.shear[0]))
 
 
 def decay(run, time):
@@ -238,6 +271,8 @@ MEASURES = {
     "V1/V_Stokes": settling_speed,
     "omega/rate": rotation,
     "V1/(rate L3)": speed_beyond_walls,
+    "V1/(rate L3) at the start": lambda run: at_start(run, speed_beyond_walls),
+    "omega/rate at the start": lambda run: at_start(run, rotation),
     "outcome": lambda run: (crossings(run)[0], ""),
     "crossing time": lambda run: (crossings(run)[1], ""),
     "time back": time_back,
@@ -246,6 +281,9 @@ MEASURES = {
     "C11": lambda run: conformation(run, "11"),
     "C13": lambda run: conformation(run, "13"),
     "largest u1 / (G L3^2/(8 eta1))": poiseuille,
+    "C13/(lambda1 u1') halfway to a wall": lambda run: poiseuille_stress(run, "13", 1),
+    "(C11 - 1)/(2 (lambda1 u1')^2) halfway to a wall": lambda run: poiseuille_stress(run, "11", 2),
+    "shear stress/(eta1 rate)": shear_stress,
     "excess of shear stress over phi": lambda run: excess(run, "stress12"),
     "excess of N1 over phi": lambda run: excess(run, "N1"),
     "decay rate times lambda1": lambda run: decay(run, "relaxation_time"),
@@ -268,6 +306,7 @@ def reference_value(row, scene, run):
         "Wi": scene.get("Wi"),
         "s": run.summary["time"] / run.scene.get("relaxation_time", 1.0),
         "b": 1 - scene.get("lambda2/lambda1", 1.0),
+        "n": run.scene.get("carreau_n"),
     }
     return float(eval(row["value"], {"__builtins__": {}}, names))  # of our own table
 

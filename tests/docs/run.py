@@ -8,7 +8,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(sys.argv[1])
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "docs/gallery").glob("*.md"))]
 KEYS = set(re.findall(r"^\| `-?([a-z0-9_]+)`", (ROOT / "docs/options.md").read_text(), re.M))
 PETSC = re.compile(r"(ts|ksp|pc|log|options|help|version|stokes|saddle|velocity|pressure|prefix|mat|vec|malloc|split)(_|$)")
 

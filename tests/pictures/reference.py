@@ -112,7 +112,7 @@ def rows():
     """Every row of the table has a measure, a value and a source; the rates of rotation are those of the literature."""
     for row in dlmreference.read_table():
         known = row["quantity"] in dlmreference.MEASURES or dlmreference.PLACE.match(row["quantity"])
-        value = row["value"] if row["value"].isalpha() else eval(row["value"], {"Wi": 0.2, "s": 1.0, "b": 0.875, "exp": numpy.exp})
+        value = row["value"] if row["value"].isalpha() else eval(row["value"], {"Wi": 0.2, "s": 1.0, "b": 0.875, "n": 0.5, "exp": numpy.exp})
         check(None not in row.values() and bool(known) and row["source"] != "", f"{row['case']}: {row['quantity']} = {value}")
     points, (wi, series) = dlmreference.rotation_rates()
     check(points == [(0.0, 0.5, 0.0), (0.1, 0.49783, 1e-5), (0.5, 0.4555, 2e-4), (1.0, 0.3788, 3e-4)], f"rates of rotation {points}")

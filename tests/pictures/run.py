@@ -24,8 +24,8 @@ from PIL import Image  # noqa: E402
 
 import dlmplot  # noqa: E402
 
-plot_fields, plot_trajectories, plot_rotation, movie, report = map(
-    dlmplot.load_tool, ("plot_fields", "plot_trajectories", "plot_rotation", "movie", "report")
+plot_bulk, plot_fields, plot_profile, plot_trajectories, plot_rotation, movie, report = map(
+    dlmplot.load_tool, ("plot_bulk", "plot_fields", "plot_profile", "plot_trajectories", "plot_rotation", "movie", "report")
 )
 RUNS = {
     "pair": "input/pair_one_wall.yaml -grid_resolution 16 -ts_dt 0.1 -ts_max_time 0.6 -output_fields_every 2"
@@ -126,6 +126,9 @@ def figures():
     for run, what, axis in ((pair, "velocity", 1), (pair, "pressure", 2), (elastic, "trace", 1), (elastic, "C13", 0), (shear, "u1", 1)):
         parts = [plot_fields.take(run.fields, run.fields.steps[-1], what, axis, 0.01)]
         check_figure(plot_fields.slice_figure(run.fields, parts), f"fields, {run.name}, {what}, normal x{axis + 1}")
+    check_figure(plot_bulk.bulk_figure(elastic.bulk), "stress, elastic")
+    for run, names, along in ((elastic, ("u1", "C13", "trace"), 2), (shear, ("u1",), 2), (pair, ("pressure",), 0)):
+        check_figure(plot_profile.profile_figure(run.fields, names, along), f"profile along x{along + 1}, {run.name}")
     scenery = movie.Scenery(pair, 1)
     figure = scenery.figure()
     scenery.draw(figure.axes[0], 0)
@@ -164,6 +167,8 @@ def exactness():
     for what, exact in (("C11", 1.528482), ("C13", 0.632121), ("C22", 1), ("C33", 1), ("C12", 0), ("C23", 0), ("trace", 3.528482)):
         values = plot_fields.take(shear, shear.steps[-1], what, 0, 0.1).values
         check(abs(values - exact).max() < 1e-6, f"{what} in the start-up of shear: {values.mean():.6f}, exact {exact}")
+    heights, values = plot_profile.profile(shear, shear.steps[-1], "u1", 2)
+    check(len(heights) > 4 and abs(values - heights).max() < 1e-6, f"u1 along x3 in shear of rate 1: {values}, at {heights}")
     traced = shutil.copytree(run.folder, os.path.join(folder, "traced"))
     with h5py.File(os.path.join(traced, "fields.h5"), "r+") as file:
         trace = file[step].require_dataset("conformation_trace", c.shape[:3], float)
@@ -261,7 +266,7 @@ def tools():
 
 # tool, arguments, the message
 ERRORS = (
-    *((tool, "nowhere", "no folder .*nowhere$") for tool in ("plot_trajectories", "plot_rotation", "plot_fields", "movie", "report")),
+    *((tool, "nowhere", "no folder .*nowhere$") for tool in ("plot_bulk", "plot_trajectories", "plot_rotation", "plot_fields", "plot_profile", "movie", "report")),
     *((tool, "bare", "no trajectory.csv in .*bare$") for tool in ("plot_trajectories", "plot_rotation")),
     ("movie", "bare", "no summary.json in .*bare: a run writes it when it ends$"),
     ("report", "bare", "no summary.json in .*bare: a run writes it when it ends$"),
@@ -273,6 +278,8 @@ ERRORS = (
     ("plot_trajectories", "nan", "trajectory.csv has no finite numbers$"),
     ("plot_fields", "other", "fields.h5 has no steps$"),
     ("plot_trajectories", "worded", "trajectory.csv: could not convert string .*$"),
+    ("plot_profile", "shear --what u1,heat", "--what heat: allowed: velocity, pressure, trace, .*$"),
+    ("plot_bulk", "bare", "no stress in .*bulk.csv: .*$"),
     ("plot_fields", "shear --what heat", "--what heat: allowed: velocity, pressure, trace, .*$"),
     ("movie", "shear --what heat", "--what heat: allowed: .*$"),
     ("plot_fields", "plain --what trace", "--what trace: .* has no conformation; a Newtonian fluid has none$"),

@@ -1,0 +1,10 @@
+# What the docs say: links, paths and keys (tests/docs/run.py), every command (commands.py), the batch script for Slurm (slurm.py).
+add_test(NAME docs.links COMMAND ${DLM_PYTHON} -B ${CMAKE_CURRENT_SOURCE_DIR}/docs/run.py ${PROJECT_SOURCE_DIR})
+foreach(part pages headers gallery long whole)
+  add_test(NAME docs.${part} COMMAND ${DLM_PYTHON} -B ${CMAKE_CURRENT_SOURCE_DIR}/docs/commands.py ${part} ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
+  set_tests_properties(docs.${part} PROPERTIES PROCESSORS 2 TIMEOUT 900)
+endforeach()
+add_test(NAME docs.slurm COMMAND ${DLM_PYTHON} -B ${CMAKE_CURRENT_SOURCE_DIR}/docs/slurm.py ${PROJECT_SOURCE_DIR} $<TARGET_FILE:dlmfd> ${DLM_MPIRUN})
+set_tests_properties(docs.slurm PROPERTIES PROCESSORS 2 TIMEOUT 300)
+set_tests_properties(docs.links docs.pages docs.headers docs.gallery docs.slurm PROPERTIES LABELS docs)
+set_tests_properties(docs.long docs.whole PROPERTIES LABELS "docs;long" TIMEOUT 7200)
