@@ -40,8 +40,19 @@ NOT_RUN = {
     r"sbatch ": "test docs.slurm runs the script with a stand-in for Slurm",
     r"tools/extremes( --quick)?$": "an hour; test scenes.extremes runs --quick",
     r"tools/extremes --only": "as tools/extremes",
+    r"tools/gallery --again": "twenty minutes; test docs.whole makes every page, docs.gallery the quick ones",
     r"tools/close_pairs --raw": "its input is what dlmfd_close_pairs has printed over ten minutes",
 }
+
+
+def instead(words, *options):
+    """The command with these options in place of its own of the same names; a program without a folder is the build's."""
+    words, arrow, file = words.partition(" >")
+    for option in options:
+        words = re.sub(rf" {option.split()[0]} \S+", "", words) + " " + option
+    return re.sub(r"^dlmfd_", "build/dlmfd_", words) + arrow + file
+
+
 # command: what is appended, or a function of the command; the first that fits counts. What is long in itself also stands in LONG.
 STEPS = " -ts_max_steps 2 -grid_resolution 16"
 SHORTER = {
@@ -50,12 +61,10 @@ SHORTER = {
     r"mpirun .*dlmfd /usr/share/dlmfd/": lambda words: words.replace("/usr/share/dlmfd/", "") + STEPS,
     r"(\S+=\S+ )*(\./)?tools/run ": STEPS,
     r"(mpirun .*)?build/dlmfd input/": STEPS,
-    r"(build/)?dlmfd_calibrate( |$)": lambda words: re.sub(r"^(?:build/)?(\S+).*?( >.*)?$", r"build/\1 -radii 3 -positions 1\2", words),
-    r"dlmfd_close_pairs( |$)": lambda words: "build/dlmfd_close_pairs -radii 3.2 -gaps 1 -places 1",
-    r"tools/close_pairs build/dlmfd_close_pairs >": lambda words: words.replace(" >", " -radii 3.2 -gaps 1 -places 1 >"),
-    r"tools/close_pairs build/dlmfd_close_pairs ": " -gaps 1 -places 1",
-    r"tools/two_spheres": lambda words: re.sub(r"^(\S+)( --ratio \S+)?.*?( >.*)?$", r"\1\2 --gaps 1\3", words),
-    r"tools/tradeoff \w+$|tools/tradeoff \w+ --retime": lambda words: words.split(" --")[0] + " --draw",
+    r"(build/)?dlmfd_calibrate( |$)": lambda words: instead(words, "-radii 2", "-positions 1"),
+    r"(tools/close_pairs build/)?dlmfd_close_pairs( |$)": lambda words: instead(words, "-radii 1.6", "-gaps 1", "-places 1"),
+    r"tools/two_spheres": lambda words: instead(words, "--gaps 1"),
+    r"tools/tradeoff \w+": " --draw",
 }
 LONG = (r"tools/two_spheres", r"build/dlmfd_calibrate -")
 
@@ -172,10 +181,13 @@ def run_page(page, root, folder, record, only=None):
         record(not wrong, name, run or command, wrong or (f"not run: {reason}" if not run else ""))
 
 
-def pages(root, build, folder, record, only=None):
-    found = [root / "README.md", *sorted((root / "docs").glob("*.md")), *sorted((root / "docs/gallery").glob("*.md"))]
+def all_pages(root):
+    return [root / "README.md", *sorted((root / "docs").glob("*.md")), *sorted((root / "docs/gallery").glob("*.md"))]
+
+
+def pages(root, folder, record, only=None):
     with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
-        for done in [pool.submit(run_page, page, root, folder, record, only) for page in found]:
+        for done in [pool.submit(run_page, page, root, folder, record, only) for page in all_pages(root)]:
             done.result()
 
 
@@ -191,13 +203,17 @@ def check_usage(tool, command, help_of, folder, record):
 SHELL_USAGE = {"run": "tools/run without a scene ends with this line", "dlmfd": "test docs.slurm runs the script with a stand-in for Slurm"}
 
 
-def headers(root, build, folder, record):
+def headers(root, folder, record):
+    on_pages = {shorter(command)[0] for page in all_pages(root) for command in commands_of(page, root)[0]}
+
     def one(tool):
         commands = header_commands(tool)
         record(bool(commands) or tool.suffix in (".py", ".csv") or tool.name == "bench.c", f"tools/{tool.name}", f"{len(commands)} commands in its header", "")
         help_of = {}
         for command in commands:
             run, reason = shorter(command)
+            if run in on_pages and run:
+                run, reason = None, "test docs.pages"
             if run and to_fill_in(command):
                 if tool.stem in SHELL_USAGE:
                     record(True, f"tools/{tool.name}", command, f"not run: {SHELL_USAGE[tool.stem]}")
@@ -238,9 +254,9 @@ def main():
         folder = pathlib.Path(name)
         scratch(root, build, folder)
         if part in ("pages", "long"):
-            pages(root, build, folder, record, LONG if part == "long" else None)
+            pages(root, folder, record, LONG if part == "long" else None)
         elif part == "headers":
-            headers(root, build, folder, record)
+            headers(root, folder, record)
         else:
             gallery(root, folder, record, QUICK_PAGES if part == "gallery" else sorted(page.stem for page in (root / "docs/gallery").glob("[a-z]*.md")))
     print(f"{record.failed} failed")
