@@ -102,6 +102,9 @@ def main():
         check(len(rows_of(output)) < 2 * STEPS, "the scene has not ended yet")
         status = job(folder, environment, output)
         check(status == 0 and len(queued(folder)) == 2, f"job 3: no signal; status {status}, not queued again: {len(queued(folder)) == 2}")
+        before = rows_of(output)
+        status = job(folder, environment, output)
+        check(status == 0 and len(queued(folder)) == 2 and rows_of(output) == before, f"job 4, by mistake: status {status}, the same {len(before)} rows, not queued again")
         status = job(folder, environment, whole)
         check(status == 0 and rows_of(output) == rows_of(whole) and len(rows_of(whole)) == 2 * STEPS + 3,
               f"trajectory.csv of the three jobs is that of one unbroken job: {len(rows_of(output))} and {len(rows_of(whole))} rows")
