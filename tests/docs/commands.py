@@ -24,7 +24,7 @@ WORKERS = 2
 COMMAND = re.compile(r"(?:[A-Z_]+=\S+ )*(?:\./)?(?:tools/\w|build/\w|dlmfd|mpirun |srun |sbatch |apt |cmake |ctest |git |pip |python3? |cd |export |make |sudo |curl |wget )")
 TEXT = {
     "docs/theory.md": r"", "docs/developer.md": r" *(predict|saddle) ",  # equations; the parts of a step
-    "docs/guide.md": r"# pair\.yaml:|fluid_model:",
+    "docs/guide.md": r"# pair\.yaml:|fluid_model:|steps? +\d",
     "docs/output.md": r"fields  +yes|import h5py",
 }
 # What would reach beyond the scratch folder is never run, so it must be in NOT_RUN.
