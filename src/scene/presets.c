@@ -185,9 +185,9 @@ static Kind KindOf(const DLMScene *scene)
     const DLMSphereSpec *s = &scene->spheres[i];
     pushed = (PetscBool)(pushed || Length(s->force) > 0.0 || (s->density != scene->fluid_density && Length(scene->gravity) > 0.0));
   }
-  if (scene->n_spheres == 0 || (polymer && scene->fluid_model != DLM_FLUID_OLDROYD_B)) return N_KINDS;
+  if (scene->n_spheres == 0 || scene->n_spheres > 2 || (polymer && scene->fluid_model != DLM_FLUID_OLDROYD_B)) return N_KINDS;
   if (pushed) return scene->n_spheres == 1 && !polymer ? KIND_SETTLING : N_KINDS;
-  if (scene->n_spheres > 1) return polymer ? KIND_PAIR_POLYMER : KIND_PAIR;
+  if (scene->n_spheres == 2) return polymer ? KIND_PAIR_POLYMER : KIND_PAIR;
   return polymer ? KIND_ROTATION_POLYMER : KIND_ROTATION;
 }
 
@@ -225,7 +225,8 @@ PetscErrorCode DLMScenePresetView(const DLMScene *scene, PetscReal node_seconds,
   }
   PetscCall(PetscViewerASCIIPrintf(viewer, "-accuracy      1/h         dt  -saddle_rtol     error      steps  time, about\n"));
   for (DLMAccuracy k = DLM_ACCURACY_DRAFT; k <= DLM_ACCURACY_REFERENCE; k++) PetscCall(ViewRow(scene, k, kind, node_seconds, time, viewer));
-  if (kind == N_KINDS) PetscCall(PetscViewerASCIIPrintf(viewer, "?: no error was measured in a scene like this one (docs/tradeoff.md)\n"));
+  if (kind == N_KINDS || presets[DLM_ACCURACY_DRAFT].error[kind] == 0.0)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "?: no error was measured in a scene like this one (docs/tradeoff.md)\n"));
   else
     PetscCall(PetscViewerASCIIPrintf(viewer, "error: of the %s, in %s; valid for scenes like that, with gaps above h, Wi up to 1, and some 10 units of time (docs/tradeoff.md)\n", kinds[kind].error,
                                      kinds[kind].scene));

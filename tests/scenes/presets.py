@@ -47,6 +47,8 @@ LIKE = [
     (WEISSENBERG + " 0.5", ["rotation_wi05", "rotation_wi1"]),
     (SHEAR + " -sphere_centers -0.3,0,0.1,0.3,0,-0.1", ["pair"]),
     (SHEAR + " -sphere_centers -0.3,0,0.1,0.3,0,-0.1 -sphere_density 2 -gravity 0,0,-1", []),
+    (SHEAR + " -sphere_centers -0.3,0,0.1,0.3,0,-0.1,0,0,0", []),
+    (SHEAR + " -sphere_centers -0.3,0,0.1,0.3,0,-0.1 -fluid_model oldroyd_b", []),
     (SHEAR + " -sphere_centers 0,0,0 -fluid_model carreau", []),
     (SHEAR, []),
 ]
