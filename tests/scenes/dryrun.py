@@ -50,6 +50,12 @@ def launch(program, mpirun, ranks, words, folder):
     return subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True)
 
 
+def sanitized(program):
+    """Sanitizers keep what was freed: then the process holds more than its objects need."""
+    with open(program, "rb") as file:
+        return b"__asan_init" in file.read()
+
+
 def table(text):
     """object -> (built, MiB, why) of the printed table."""
     rows = re.findall(r"^(\S[\w ]{17})   (yes| no) +([\d.]+)?  (.*)$", text, re.MULTILINE)
@@ -105,7 +111,7 @@ def check_scene(program, mpirun, ranks, line):
         disk = check_disk(foretold, os.path.join(folder, "out"))
     compare_tables(foretold, summary["modelled"])
     memory, peak = float(re.search(r"^memory +(\d+) MiB", foretold, re.MULTILINE)[1]), summary["peak_memory_MiB"]
-    require(abs(memory / peak - 1) <= MEMORY, f"{memory} MiB foretold, {peak:.0f} measured")
+    require(sanitized(program) or abs(memory / peak - 1) <= MEMORY, f"{memory} MiB foretold, {peak:.0f} measured")
     step = float(re.search(r"then (\S+) s/step", foretold)[1])
     taken = min(float(s) * sum(int(p) for p in re.findall(r" (?:predict|saddle|advect|stretch|judge|correct) (\d+)%", rest)) / 100
                 for s, rest in re.findall(r"^step [2-9]  t .*?  (\S+) s/step:(.*)", result.stdout, re.MULTILINE))
