@@ -43,20 +43,52 @@ static PetscErrorCode VelocityNorm(DLMSimulation sim, Vec x, PetscReal *norm)
   PetscFunctionReturn(0);
 }
 
+/* Chebyshev iteration for u = S(u), the eigenvalues of I - S' lying between low and 1. */
+typedef struct {
+  PetscReal theta, delta, rho;
+  Vec       d; /* the last change */
+} Chebyshev;
+
+/* Half the sum and half the difference of the bounds. The solvent's part of the viscosity is the lower one; a thinning solvent may lose any part of it. */
+static void ChebyshevSet(const DLMScene *scene, Chebyshev *c)
+{
+  const PetscBool thins = (PetscBool)(scene->fluid_model == DLM_FLUID_CARREAU && scene->carreau_n < 1.0);
+  const PetscReal low   = PetscMax(thins ? 0.0 : scene->retardation_time / scene->relaxation_time, 0.05);
+
+  c->theta = 0.5 * (1.0 + low);
+  c->delta = 0.5 * (1.0 - low);
+  c->rho   = 0.0;
+}
+
+/* u, which holds S(u) - u, becomes the next iterate; x: S(u). */
+static PetscErrorCode ChebyshevUpdate(Chebyshev *c, Vec x, Vec u)
+{
+  PetscFunctionBegin;
+  if (c->rho == 0.0) {
+    PetscCall(VecCopy(u, c->d));
+    PetscCall(VecScale(c->d, 1.0 / c->theta));
+    c->rho = c->delta / c->theta;
+  } else {
+    const PetscReal next = 1.0 / (2.0 * c->theta - c->rho * c->delta); /* delta is 0 where all is solvent */
+    PetscCall(VecAXPBY(c->d, 2.0 * next, c->delta * next * c->rho, u));
+    c->rho = c->delta * next;
+  }
+  PetscCall(VecAXPBY(u, 1.0, -1.0, x)); /* the old u again */
+  PetscCall(VecAXPY(u, 1.0, c->d));
+  PetscFunctionReturn(0);
+}
+
 /*
-  The both-sides coupling takes the projected gradient from the last velocity. Before the first step there is none: u = S(u) is solved by Chebyshev
-  iteration, whose operator I - S' has its eigenvalues between the solvent's part of the viscosity and 1 (docs/theory.md, V4).
+  The both-sides coupling takes the projected gradient from the last velocity. Before the first step there is none: u = S(u) is solved by iteration
+  (docs/theory.md, V4).
 */
 static PetscErrorCode SolveFirstFlow(DLMSimulation sim, PetscReal t, PetscReal target, PetscInt order, DLMInertia inertia)
 {
-  const DLMScene *scene = sim->scene;
-  const PetscBool thins   = (PetscBool)(scene->fluid_model == DLM_FLUID_CARREAU && scene->carreau_n < 1.0); /* to any part of the viscosity */
-  const PetscReal solvent = thins ? 0.0 : scene->retardation_time / scene->relaxation_time;
-  const PetscReal low = PetscMax(solvent, 0.05), theta = 0.5 * (1.0 + low), delta = 0.5 * (1.0 - low);
-  PetscReal       rho = delta / theta, size, change;
+  PetscReal       size, change;
   DLMSphereState *state, *start = NULL;
   PetscInt        n = 0;
-  Vec             x, u, d;
+  Chebyshev       c;
+  Vec             x, u;
 
   PetscFunctionBegin;
   if (sim->spheres) {
@@ -66,7 +98,8 @@ static PetscErrorCode SolveFirstFlow(DLMSimulation sim, PetscReal t, PetscReal t
   }
   PetscCall(DLMSaddleGetFluid(sim->saddle, &x));
   PetscCall(VecDuplicate(x, &u));
-  PetscCall(VecDuplicate(x, &d));
+  PetscCall(VecDuplicate(x, &c.d));
+  ChebyshevSet(sim->scene, &c);
   PetscCall(DLMPolymerForce(sim->polymer, t, t, order, sim->body_force));
   PetscCall(SolveSaddle(sim, inertia));
   PetscCall(VecCopy(x, u));
@@ -78,20 +111,11 @@ static PetscErrorCode SolveFirstFlow(DLMSimulation sim, PetscReal t, PetscReal t
     PetscCall(VelocityNorm(sim, x, &size));
     PetscCall(VecAXPBY(u, 1.0, -1.0, x)); /* u <- S(u) - u */
     PetscCall(VelocityNorm(sim, u, &change));
-    if (k == 0) {
-      PetscCall(VecCopy(u, d));
-      PetscCall(VecScale(d, 1.0 / theta));
-    } else {
-      const PetscReal next = 1.0 / (2.0 * theta - rho * delta); /* delta is 0 where all is solvent */
-      PetscCall(VecAXPBY(d, 2.0 * next, delta * next * rho, u));
-      rho = delta * next;
-    }
-    PetscCall(VecAXPBY(u, 1.0, -1.0, x)); /* the old u again */
-    PetscCall(VecAXPY(u, 1.0, d));
-    if (change <= PetscMax(10.0 * scene->saddle_rtol, 1e-7) * size) break;
+    PetscCall(ChebyshevUpdate(&c, x, u));
+    if (change <= PetscMax(10.0 * sim->scene->saddle_rtol, 1e-7) * size) break;
   }
   PetscCall(VecDestroy(&u));
-  PetscCall(VecDestroy(&d));
+  PetscCall(VecDestroy(&c.d));
   PetscCall(PetscFree(start));
   PetscFunctionReturn(0);
 }
