@@ -61,7 +61,8 @@ static void OwnCells(DLMPolymer p, long cells[3], PetscInt *base)
 
   *base = 0;
   for (int d = 0; d < 3; d++) {
-    const PetscBool lower = (PetscBool)(!p->grid->periodic[d] && b->start[d] == 0), upper = (PetscBool)(!p->grid->periodic[d] && b->start[d] + b->width[d] == p->grid->nodes[d]);
+    const PetscBool lower = (PetscBool)(!p->grid->periodic[d] && b->start[d] == 0);
+    const PetscBool upper = (PetscBool)(!p->grid->periodic[d] && b->start[d] + b->width[d] == p->grid->nodes[d]);
     const PetscInt  first = b->start[d] - (lower ? 0 : 1), last = b->start[d] + b->width[d] - (upper ? 2 : 1);
     cells[d] = last - first + 1;
     *base += (PetscInt)b->stride[d] * (first - b->ghost_start[d]);

@@ -75,7 +75,8 @@ static PetscErrorCode CreateArrays(DLMPolymer p)
   PetscCall(PetscObjectSetName((PetscObject)p->C, "conformation"));
   PetscCall(VecCreateMPIWithArray(p->grid->comm, 1, n, PETSC_DETERMINE, NULL, &p->owned));
   PetscCall(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, m, NULL, &p->local));
-  PetscCall(PetscCalloc6(9 * (size_t)n, &p->gradient[0], 9 * (size_t)n, &p->gradient[1], 15 * (size_t)m, &p->ghosted, 4 * (size_t)n, &p->scratch, 3 * p->block.ghost_width[0], &p->line, m, &p->inside));
+  PetscCall(PetscCalloc6(9 * (size_t)n, &p->gradient[0], 9 * (size_t)n, &p->gradient[1], 15 * (size_t)m, &p->ghosted, 4 * (size_t)n, &p->scratch,
+                         3 * p->block.ghost_width[0], &p->line, m, &p->inside));
   DLMPolymerTurnGradient(p);
   for (int k = 0; k < 6; k++) p->t[k] = p->ghosted + (size_t)k * m;
   for (int k = 0; k < 6; k++) p->r[k] = p->ghosted + (size_t)(6 + k) * m;

@@ -215,7 +215,8 @@ PetscErrorCode DLMAdaptDestroy(DLMSimulation sim)
   PetscFunctionReturn(0);
 }
 
-/* A relative error e of the velocities moves a sphere by e |V| dt, and turns its surface by e |omega| a dt: a fiftieth of what the step is allowed, since such errors add up. */
+/* A relative error e of the velocities moves a sphere by e |V| dt, and turns its surface by e |omega| a dt: a fiftieth of what the step is
+   allowed, since such errors add up. */
 PetscErrorCode DLMAdaptSetTolerance(DLMSimulation sim, PetscReal dt)
 {
   DLMSphereState *state;
