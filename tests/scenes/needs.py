@@ -101,7 +101,7 @@ def needed(summary, words):
         "grid": True, "Stokes solver": True, "flow": True, "time stepping": True, "work of the steps": True,
         "pressure blocks": sum(scene["box_periodic"]) >= 2,
         "spheres": some, "impulse responses": some, "dense blocks": some, "trajectory": some,
-        "lubrication": meet and not polymer and given(words, "lubrication") != "false",
+        "lubrication": meet and given(words, "lubrication") != "false" and (not polymer or given(words, "lubrication") == "true"),
         "contact": meet and scene["contact_range"] > 0 and scene["contact_stiffness"] > 0,
         "motion": any(s["motion"] == "free" or start != frame for s in spheres),
         "inertia": scene["sphere_inertia"] and any(s["motion"] != "fixed" for s in spheres),
