@@ -48,7 +48,7 @@ def label(scene, row):
     if kind(row) == "preset":
         return row["case"].split()[1]
     words = row["case"].split()
-    knobs = [f"{key.lstrip('-').split('_', 1)[1]} {value}" for key, value in zip(words[4::2], words[5::2])]
+    knobs = [f"{key.lstrip('-').split('_', 1)[-1]} {value}" for key, value in zip(words[4::2], words[5::2])]
     return ", ".join([f"1/{row['resolution']}, {float(row['dt']) / scene.unit:.2g}"] if not knobs else knobs)
 
 
@@ -66,7 +66,6 @@ def draw(scene, rows, path):
         group = {"preset": "-accuracy", "thesis": "the thesis's choice"}.get(kind(row), f"1/h = {row['resolution']}" + (", one knob turned" if kind(row) == "knob" else ""))
         axes.scatter(row["price"], max(row["error"], FLOOR), marker=name, s=size, color=colour, label=None if group in seen else group, zorder=3)
         seen.add(group)
-        axes.annotate(label(scene, row), (row["price"], max(row["error"], FLOOR)), xytext=(5, 3), textcoords="offset points", fontsize=5.5 if kind(row) in ("plain", "knob") else 9)
     axes.set(xscale="log", yscale="log", title=scene.title, xlabel="CPU seconds per unit of the scene's own time", ylabel="error, per cent")
     axes.yaxis.set_minor_locator(LogLocator(subs=(2, 5)))
     for set_formatter in (axes.xaxis.set_major_formatter, axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
@@ -74,10 +73,27 @@ def draw(scene, rows, path):
     axes.grid(color="0.92", linewidth=0.6)
     axes.legend(fontsize=7, frameon=False)
     compare(axes, rows)
+    write_labels(figure, axes, scene, rows)
     figure.savefig(path, dpi=130)
     plt.close(figure)
     table(scene, rows, front)
     print(path)
+
+
+def write_labels(figure, axes, scene, rows):
+    """Beside the points, right or left; presets and the thesis first. A label that would cover another one is left out: the table has it."""
+    figure.canvas.draw()
+    renderer, taken = figure.canvas.get_renderer(), []
+    inside = axes.get_window_extent(renderer)
+    for row in sorted(rows, key=lambda row: kind(row) in ("plain", "knob")):
+        for shift, side in (((5, 3), "left"), ((-5, 3), "right"), ((5, -8), "left")):
+            text = axes.annotate(label(scene, row), (row["price"], max(row["error"], FLOOR)), xytext=shift, textcoords="offset points", ha=side,
+                                 fontsize=5.5 if kind(row) in ("plain", "knob") else 9)
+            box = text.get_window_extent(renderer)
+            if inside.x0 < box.x0 and box.x1 < inside.x1 and not any(box.overlaps(other) for other in taken):
+                taken.append(box)
+                break
+            text.remove()
 
 
 def compare(axes, rows):

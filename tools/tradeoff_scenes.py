@@ -133,7 +133,7 @@ SCENES = {scene.name: scene for scene in (
     Scene("rotation_wi05", "rotation, Oldroyd-B, Wi = 0.5", TURN + " -fluid_relaxation_time 0.5", 4.0, 1.0, turning, [0.4549], relative, (16, 24, 32, 48),
           (0.2, 0.1, 0.05), (32, 0.1), (*POLYMER_KNOBS, "-polymer_coupling explicit -ts_dt 0.025"), thesis_error_step=0.025, polymer=True),
     Scene("rotation_wi1", "rotation, Oldroyd-B, Wi = 1", TURN + " -fluid_relaxation_time 1", 10.0, 1.0, turning, [0.3780], relative, (16, 24, 32, 48),
-          (0.2,), (24, 0.2), POLYMER_KNOBS, more=("-grid_resolution 24 -ts_dt 0.1", "-grid_resolution 24 -ts_dt 0.05"), thesis_error_step=0.1, thesis_cost_of="rotation_wi05", polymer=True),
+          (0.2,), (24, 0.2), POLYMER_KNOBS, more=("-grid_resolution 24 -ts_dt 0.1", "-grid_resolution 24 -ts_dt 0.05"), thesis_error_step=0.025, thesis_cost_of="rotation_wi05", polymer=True),
     Scene("pair", "pair that passes, Newtonian, D = 1", PAIR + MEETING.format(0.1), 8.0, 1.0, lambda rows: at(rows, (2, 4, 6, 8)), PATH, apart, (16, 24, 32, 48),
           (0.2,), (24, 0.2), NEWTONIAN_KNOBS, more=("-grid_resolution 24 -ts_dt 0.1", "-grid_resolution 24 -ts_dt 0.05", "-grid_resolution 24 -ts_dt 0.2 -lubrication false", "-grid_resolution 32 -ts_dt 0.2 -lubrication false", "-grid_resolution 26 -ts_dt 0.2"),
           thesis_steps=2, thesis_error_step=0.2, thesis_error_scheme="strang"),
