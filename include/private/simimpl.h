@@ -121,6 +121,8 @@ PETSC_INTERN PetscErrorCode DLMSimulationViewDetails(DLMSimulation sim, PetscVie
 PETSC_INTERN PetscErrorCode DLMSimulationCreatePiece(const DLMScene *piece, const DLMScene *whole, DLMSimulation *sim);
 /* Steps dt that fill a time, at most `most`. */
 PETSC_INTERN PetscReal DLMSimulationCountSteps(PetscReal time, PetscReal dt, PetscInt most);
+/* Times that something is written at the start, every so many steps, and at the end. */
+PETSC_INTERN PetscReal DLMSimulationCountOutputs(PetscReal steps, PetscInt every);
 
 /* frame.c: x + frame_velocity t, for a position or a shift of one. */
 PETSC_INTERN PetscErrorCode DLMSimulationRide(DLMSimulation sim);

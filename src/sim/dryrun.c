@@ -47,12 +47,6 @@ static PetscErrorCode Affordable(const DLMScene *scene, PetscReal *nodes)
   PetscFunctionReturn(0);
 }
 
-/* Outputs of a file that is written at the start, every so many steps, and at the end. */
-static PetscReal Times(PetscReal steps, PetscInt every)
-{
-  return every > 0 ? 1.0 + PetscCeilReal(steps / every) : 0.0;
-}
-
 static PetscErrorCode ForeseeFiles(DLMSimulation sim, PetscReal steps, Files *files)
 {
   const DLMScene *scene   = sim->whole;
@@ -64,11 +58,11 @@ static PetscErrorCode ForeseeFiles(DLMSimulation sim, PetscReal steps, Files *fi
   PetscCall(PetscMemzero(files, sizeof(*files)));
   PetscCall(DLMGridForesee(scene, NULL, &nodes, &ghosts));
   PetscCall(DLMSplitGetScheme(sim->ts, NULL, &order));
-  if (sim->part[DLM_PART_TRAJECTORY].built) files->trajectory = trajectory_row * scene->n_spheres * Times(steps, scene->output_every);
-  if (sim->part[DLM_PART_BULK].built) files->bulk = bulk_row * Times(steps, scene->output_every);
+  if (sim->part[DLM_PART_TRAJECTORY].built) files->trajectory = trajectory_row * scene->n_spheres * DLMSimulationCountOutputs(steps, scene->output_every);
+  if (sim->part[DLM_PART_BULK].built) files->bulk = bulk_row * DLMSimulationCountOutputs(steps, scene->output_every);
   if (sim->part[DLM_PART_FIELDS].built) {
     PetscCall(DLMFieldsGetBytes(sim, &files->fields));
-    files->fields *= Times(steps, scene->output_fields_every);
+    files->fields *= DLMSimulationCountOutputs(steps, scene->output_fields_every);
     files->passing = 8.0 * nodes * fields_passing[polymer];
   }
   if (sim->part[DLM_PART_CHECKPOINTS].built) { /* u, p; C; two forces and a rate, if forces are extrapolated */

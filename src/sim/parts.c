@@ -246,7 +246,7 @@ static PetscErrorCode Fields(DLMSimulation sim, DLMPartRecord *part)
   const PetscInt every = sim->scene->output_fields_every;
   PetscReal      bytes = 0.0, end, steps;
   PetscInt       most;
-  char           one[32], run[48] = "";
+  char           one[32], all[32], run[48] = "";
 
   PetscFunctionBegin;
   if (!every) {
@@ -257,14 +257,8 @@ static PetscErrorCode Fields(DLMSimulation sim, DLMPartRecord *part)
   PetscCall(TSGetMaxTime(sim->ts, &end));
   PetscCall(TSGetMaxSteps(sim->ts, &most));
   steps = DLMSimulationCountSteps(end, sim->scene->ts_dt, most);
-  DLMSizeText(bytes, one);
-  if (!sim->adapt.exists) {
-    DLMSizeText(bytes * (1.0 + PetscCeilReal(steps / every)), run + 2);
-    run[0] = ',';
-    run[1] = ' ';
-    PetscCall(PetscStrlcat(run, " in all", sizeof(run)));
-  }
-  PetscCall(Say(part, PETSC_TRUE, "fields.h5 and fields.xmf, -output_fields_every %ld: %s each%s", (long)every, one, run));
+  if (!sim->adapt.exists) PetscCall(PetscSNPrintf(run, sizeof(run), ", %s in all", DLMSizeText(bytes * DLMSimulationCountOutputs(steps, every), all)));
+  PetscCall(Say(part, PETSC_TRUE, "fields.h5 and fields.xmf, -output_fields_every %ld: %s each%s", (long)every, DLMSizeText(bytes, one), run));
   PetscFunctionReturn(0);
 }
 

@@ -28,6 +28,11 @@ PetscReal DLMSimulationCountSteps(PetscReal time, PetscReal dt, PetscInt most)
   return PetscMax(0.0, PetscMin(PetscCeilReal(time / dt - 1e-9), (PetscReal)most));
 }
 
+PetscReal DLMSimulationCountOutputs(PetscReal steps, PetscInt every)
+{
+  return every > 0 ? 1.0 + PetscCeilReal(steps / every) : 0.0;
+}
+
 PetscErrorCode DLMSimulationCreate(const DLMScene *scene, DLMSimulation *sim)
 {
   PetscFunctionBeginUser;
