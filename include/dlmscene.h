@@ -98,7 +98,8 @@ typedef struct {
   PetscReal      pairing_degree;      /* spherical harmonics that carry the surface multipliers; 0: every point its own; DLM_AUTO */
   PetscReal      pairing_retraction;  /* surface markers lie at a - retraction h; DLM_AUTO: calibrated */
 
-  PetscReal      pairing_compliance;  /* slip of the harmonics beyond degree 1 per traction, in h/viscosity; 0: none; DLM_AUTO */
+  /* slip per traction, in h/viscosity: of the harmonics beyond degree 1, of the torque's and the stresslet's part of degree 1; 0: none; DLM_AUTO: calibrated */
+  PetscReal      pairing_compliance, pairing_spin_compliance, pairing_strain_compliance;
 
   PetscReal contact_range;            /* rho; DLM_AUTO: h/8; 0: no repulsion */
   PetscReal contact_stiffness;        /* repulsion at touching (force); DLM_AUTO: from shear and buoyancy */

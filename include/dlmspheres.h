@@ -67,7 +67,7 @@ typedef struct {
   PetscReal retraction, spacing; /* in h */
   PetscInt  degree;              /* 0: every point its own multiplier */
   PetscInt  n_points, n_multipliers; /* of the surface */
-  PetscReal compliance;          /* epsilon: Q^T (J u - V - omega x r) = -epsilon lambda for harmonics beyond degree 1 */
+  PetscReal compliance, spin_compliance, strain_compliance; /* epsilon of Q^T (J u - V - omega x r) = -epsilon lambda: beyond degree 1; of torque; of stresslet */
 } DLMCover;
 PETSC_EXTERN PetscErrorCode DLMPairingGetCover(const DLMScene *scene, PetscReal radius, DLMCover *cover);
 #endif

@@ -4,6 +4,7 @@
 
     dlmfd_calibrate > docs/calibration.csv                       the table, about a quarter of an hour on one core
     dlmfd_calibrate -radii 3,4.8 -positions 4 -pairing_degree 3  another cover: any key -pairing_... takes the table's place
+    dlmfd_calibrate -fit                                         the rows of src/spheres/cover.c, a few minutes
 
   The box is 2 x 2 x 2, periodic in x1 and x2. A force along x2, a torque about x3 and a shear in the x1-x3 plane act at once; by symmetry
   they do not disturb each other, but the mesh is less symmetric, so none may be much stronger than the others.
@@ -112,15 +113,19 @@ static void LoadLikeShear(PetscReal mu, DLMSphereSpec *spec)
   spec->torque[2] = 8.0 * PETSC_PI * mu * a * a * a;
 }
 
-/* Measures at one radius (in h) and prints a line: means over the positions, and largest minus smallest. */
-static PetscErrorCode Line(Setup *s, PetscReal r, PetscInt positions)
+/* What the positions of the centre in the mesh make of the radius. */
+typedef struct {
+  PetscReal mean[MOMENTS], least[MOMENTS], most[MOMENTS], iterations;
+} Spread;
+
+/* Measures at one radius (in h) over positions in the 2h cell. */
+static PetscErrorCode Sweep(Setup *s, PetscReal r, PetscInt positions, Spread *spread)
 {
-  const PetscReal golden[3] = { 0.8191725133961645, 0.6710436067037893, 0.5497004779019703 }, power[MOMENTS] = { 1.0, 3.0, 3.0 };
-  DLMScene       *scene = s->scene;
-  PetscReal       mean[MOMENTS] = { 0.0 }, least[MOMENTS], most[MOMENTS], iterations = 0.0;
-  DLMCover        cover;
+  const PetscReal golden[3] = { 0.8191725133961645, 0.6710436067037893, 0.5497004779019703 };
+  DLMScene       *scene     = s->scene;
 
   PetscFunctionBeginUser;
+  *spread                  = (Spread){ .iterations = 0.0 };
   scene->spheres[0].radius = r * scene->h;
   LoadLikeShear(scene->fluid_viscosity, &scene->spheres[0]);
   for (PetscInt p = 0; p < positions; p++) {
@@ -128,21 +133,63 @@ static PetscErrorCode Line(Setup *s, PetscReal r, PetscInt positions)
     PetscInt  its;
     for (int d = 0; d < 3; d++) scene->spheres[0].center[d] = 2.0 * scene->h * ((p + 1) * golden[d] - PetscFloorReal((p + 1) * golden[d]));
     PetscCall(Measure(s, radius, &its));
-    iterations += (PetscReal)its / positions;
+    spread->iterations += (PetscReal)its / positions;
     for (int k = 0; k < MOMENTS; k++) {
-      mean[k] += radius[k] / positions;
-      least[k] = p ? PetscMin(least[k], radius[k]) : radius[k];
-      most[k]  = p ? PetscMax(most[k], radius[k]) : radius[k];
+      spread->mean[k] += radius[k] / positions;
+      spread->least[k] = p ? PetscMin(spread->least[k], radius[k]) : radius[k];
+      spread->most[k]  = p ? PetscMax(spread->most[k], radius[k]) : radius[k];
     }
   }
+  PetscFunctionReturn(0);
+}
+
+/*
+  A row of src/spheres/cover.c: the compliance of the higher harmonics is chosen (docs/calibration.md); retraction, then the compliances of torque and
+  stresslet take away what is too large. A slip of kappa per traction shortens the radius by kappa (torque) and 5/3 kappa (stresslet), times the fourth
+  power of the ratio of the sphere's radius to that of its points.
+*/
+static PetscErrorCode Fit(Setup *s, PetscReal r, PetscReal compliance, PetscInt positions)
+{
+  DLMScene *scene = s->scene;
+  Spread    spread;
+
+  PetscFunctionBeginUser;
+  scene->pairing_compliance        = compliance;
+  scene->pairing_retraction        = 0.5;
+  scene->pairing_spin_compliance   = 0.0;
+  scene->pairing_strain_compliance = 0.0;
+  scene->pairing_degree            = PetscMax(3, PetscMin(8, (PetscInt)(0.9 * r + 0.5)));
+  for (int pass = 0; pass < 6; pass++) {
+    PetscCall(Sweep(s, r, positions, &spread));
+    const PetscReal per_slip = PetscPowReal(1.0 - scene->pairing_retraction / r, 4.0);
+    scene->pairing_retraction += spread.mean[DRAG] - r;
+    scene->pairing_spin_compliance += per_slip * (spread.mean[TORQUE] - r);
+    scene->pairing_strain_compliance += 0.6 * per_slip * (spread.mean[STRESSLET] - r);
+  }
+  PetscCall(PetscPrintf(scene->comm, "  { %.3g, %.3f, %.4f, %.4f, %.4f },", (double)r, (double)compliance, (double)scene->pairing_retraction,
+                        (double)scene->pairing_spin_compliance, (double)scene->pairing_strain_compliance));
+  PetscCall(PetscPrintf(scene->comm, " /* left: %.1e %.1e %.1e h */\n", (double)(spread.mean[DRAG] - r), (double)(spread.mean[TORQUE] - r), (double)(spread.mean[STRESSLET] - r)));
+  PetscFunctionReturn(0);
+}
+
+/* Measures at one radius (in h) and prints a line: means over the positions, and largest minus smallest. */
+static PetscErrorCode Line(Setup *s, PetscReal r, PetscInt positions)
+{
+  const PetscReal power[MOMENTS] = { 1.0, 3.0, 3.0 };
+  DLMScene       *scene = s->scene;
+  Spread          spread;
+  DLMCover        cover;
+
+  PetscFunctionBeginUser;
+  PetscCall(Sweep(s, r, positions, &spread));
   PetscCall(DLMPairingGetCover(scene, scene->spheres[0].radius, &cover));
   PetscCall(PetscPrintf(scene->comm, "%s,%s,%.3g,%" PetscInt_FMT, DLMPairingTypes[scene->pairing_type], DLMPointSets[scene->pairing_points], (double)cover.spacing, cover.degree));
   PetscCall(PrintChoice(scene->comm, cover.degree > 1 ? scene->pairing_compliance : 0.0));
   PetscCall(PetscPrintf(scene->comm, ",%.3f,%.4g,%.4g,%" PetscInt_FMT, (double)cover.retraction, (double)r, (double)scene->grid_resolution, positions));
-  for (int k = 0; k < MOMENTS; k++) PetscCall(PetscPrintf(scene->comm, ",%.3f", (double)(mean[k] - r)));
-  for (int k = 0; k < MOMENTS; k++) PetscCall(PetscPrintf(scene->comm, ",%.2f", (double)(100.0 * (PetscPowReal(mean[k] / r, power[k]) - 1.0))));
-  for (int k = 0; k < MOMENTS; k++) PetscCall(PetscPrintf(scene->comm, ",%.2f", (double)(100.0 * power[k] * (most[k] - least[k]) / mean[k])));
-  PetscCall(PetscPrintf(scene->comm, ",%.1f\n", (double)iterations));
+  for (int k = 0; k < MOMENTS; k++) PetscCall(PetscPrintf(scene->comm, ",%.3f", (double)(spread.mean[k] - r)));
+  for (int k = 0; k < MOMENTS; k++) PetscCall(PetscPrintf(scene->comm, ",%.2f", (double)(100.0 * (PetscPowReal(spread.mean[k] / r, power[k]) - 1.0))));
+  for (int k = 0; k < MOMENTS; k++) PetscCall(PetscPrintf(scene->comm, ",%.2f", (double)(100.0 * power[k] * (spread.most[k] - spread.least[k]) / spread.mean[k])));
+  PetscCall(PetscPrintf(scene->comm, ",%.1f\n", (double)spread.iterations));
   PetscFunctionReturn(0);
 }
 
@@ -168,6 +215,16 @@ static PetscErrorCode SetupDestroy(Setup *s)
   PetscFunctionReturn(0);
 }
 
+/* Makes the scene and its solver anew where the mesh is another. */
+static PetscErrorCode UseMesh(Setup *s, PetscReal resolution)
+{
+  PetscFunctionBeginUser;
+  if (s->scene && s->scene->grid_resolution == resolution) PetscFunctionReturn(0);
+  if (s->scene) PetscCall(SetupDestroy(s));
+  PetscCall(SetupCreate(resolution, s));
+  PetscFunctionReturn(0);
+}
+
 static void SetCover(DLMScene *scene, const Plan *plan)
 {
   scene->pairing_type       = plan->type;
@@ -187,11 +244,12 @@ static PetscReal Resolution(PetscReal r)
 /* True if the command line names a cover. */
 static PetscErrorCode CoverGiven(PetscBool *given)
 {
-  const char *keys[] = { "-pairing_type", "-pairing_points", "-pairing_spacing", "-pairing_degree", "-pairing_compliance", "-pairing_retraction" };
+  const char *keys[] = { "-pairing_type",       "-pairing_points",     "-pairing_spacing",         "-pairing_degree",
+                         "-pairing_compliance", "-pairing_retraction", "-pairing_spin_compliance", "-pairing_strain_compliance" };
 
   PetscFunctionBeginUser;
   *given = PETSC_FALSE;
-  for (int i = 0; i < 6; i++) {
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(keys); i++) {
     PetscBool set;
     PetscCall(PetscOptionsHasName(NULL, NULL, keys[i], &set));
     *given = (PetscBool)(*given || set);
@@ -212,36 +270,57 @@ static PetscErrorCode FixScene(void)
   PetscFunctionReturn(0);
 }
 
+/* The rows of src/spheres/cover.c. */
+static PetscErrorCode FitTable(Setup *s, PetscInt positions)
+{
+  static const PetscReal chosen[][2] = { { 1.9, 0.2 },  { 2.2, 0.2 },  { 2.43, 0.2 }, { 2.68, 0.2 }, { 3.05, 0.2 }, { 3.5, 0.25 },
+                                         { 4.1, 0.35 }, { 4.8, 0.5 }, { 5.7, 0.6 },  { 6.75, 0.7 }, { 8.0, 0.85 } }; /* a/h, compliance */
+
+  PetscFunctionBeginUser;
+  for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(chosen); i++) {
+    PetscCall(UseMesh(s, Resolution(chosen[i][0])));
+    PetscCall(Fit(s, chosen[i][0], chosen[i][1], positions));
+  }
+  PetscFunctionReturn(0);
+}
+
+/* docs/calibration.csv, or the lines of the cover that the command line names. */
+static PetscErrorCode MeasureTable(Setup *s, PetscInt n_radii, const PetscReal *radii, PetscReal resolution, PetscInt positions)
+{
+  PetscBool given;
+
+  PetscFunctionBeginUser;
+  PetscCall(CoverGiven(&given));
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "pairing,points,spacing,degree,compliance,retraction,a_over_h,resolution,positions,drag_excess,torque_excess,stresslet_excess,"
+                                          "drag_error,torque_error,stresslet_error,drag_range,torque_range,stresslet_range,iterations\n"));
+  for (PetscInt i = 0; i < n_radii; i++) {
+    PetscCall(UseMesh(s, resolution > 0.0 ? resolution : Resolution(radii[i])));
+    if (given) PetscCall(Line(s, radii[i], positions ? positions : 12));
+    for (size_t k = 0; !given && k < PETSC_STATIC_ARRAY_LENGTH(table); k++) {
+      SetCover(s->scene, &table[k]);
+      if (radii[i] >= table[k].least && radii[i] <= table[k].most) PetscCall(Line(s, radii[i], positions ? positions : table[k].positions));
+    }
+  }
+  PetscFunctionReturn(0);
+}
+
 static PetscErrorCode Calibrate(void)
 {
-  PetscReal radii[16] = { 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0 }, resolution;
+  PetscReal radii[16] = { 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0 }, resolution = 0.0;
   PetscInt  n_radii = 16, positions = 0;
-  PetscBool given, set, fixed_mesh;
+  PetscBool set, fit = PETSC_FALSE;
   Setup     s = { 0 };
 
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsGetRealArray(NULL, NULL, "-radii", radii, &n_radii, &set));
   if (!set) n_radii = 7;
   PetscCall(PetscOptionsGetInt(NULL, NULL, "-positions", &positions, NULL));
-  PetscCall(PetscOptionsGetReal(NULL, NULL, "-grid_resolution", &resolution, &fixed_mesh));
-  PetscCall(CoverGiven(&given));
-  PetscCall(PetscOptionsClearValue(NULL, "-radii"));
-  PetscCall(PetscOptionsClearValue(NULL, "-positions"));
+  PetscCall(PetscOptionsGetReal(NULL, NULL, "-grid_resolution", &resolution, NULL));
+  PetscCall(PetscOptionsGetBool(NULL, NULL, "-fit", &fit, NULL));
+  for (int i = 0; i < 3; i++) PetscCall(PetscOptionsClearValue(NULL, (const char *[]){ "-radii", "-positions", "-fit" }[i]));
   PetscCall(FixScene());
-  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "pairing,points,spacing,degree,compliance,retraction,a_over_h,resolution,positions,drag_excess,torque_excess,stresslet_excess,"
-                                          "drag_error,torque_error,stresslet_error,drag_range,torque_range,stresslet_range,iterations\n"));
-  for (PetscInt i = 0; i < n_radii; i++) {
-    if (!fixed_mesh) resolution = Resolution(radii[i]);
-    if (!s.scene || s.scene->grid_resolution != resolution) {
-      if (s.scene) PetscCall(SetupDestroy(&s));
-      PetscCall(SetupCreate(resolution, &s));
-    }
-    if (given) PetscCall(Line(&s, radii[i], positions ? positions : 12));
-    for (size_t k = 0; !given && k < PETSC_STATIC_ARRAY_LENGTH(table); k++) {
-      SetCover(s.scene, &table[k]);
-      if (radii[i] >= table[k].least && radii[i] <= table[k].most) PetscCall(Line(&s, radii[i], positions ? positions : table[k].positions));
-    }
-  }
+  if (fit) PetscCall(FitTable(&s, positions ? positions : 12));
+  else PetscCall(MeasureTable(&s, n_radii, radii, resolution, positions));
   PetscCall(SetupDestroy(&s));
   PetscFunctionReturn(0);
 }

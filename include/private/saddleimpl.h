@@ -155,13 +155,10 @@ static inline void DLMRigidLoad(const PetscReal lambda[3], const PetscReal r[3],
 
 /* values[n_multipliers] <- Q^T (V + omega x r) for rigid motions U given by sphere (6 each, at stride from U of the k-th owned one). */
 PETSC_INTERN PetscErrorCode DLMSaddleRigidMotion(DLMSaddle s, const PetscScalar *U, PetscScalar *values);
-/* values -= epsilon lambda, the compliance of the higher harmonics. */
+/* values -= epsilon lambda, the compliance of the cover (P5). */
 PETSC_INTERN PetscErrorCode DLMSaddleComply(DLMSaddle s, const PetscScalar *multipliers, PetscScalar *values);
 /* load[6 owned] <- force and torque (sum of lambda, sum of r x lambda) of multipliers; overwritten. */
 PETSC_INTERN PetscErrorCode DLMSaddleLoads(DLMSaddle s, const PetscScalar *multipliers, PetscScalar *load);
-
-/* Harmonics of degree 0 and 1, which carry force, torque and stresslet: the first multipliers of a sphere. */
-enum { DLM_STIFF_MULTIPLIERS = 4 };
 
 /* saddle.c: markers, layout and solver for the present centres; the multipliers move along. Collective. */
 PETSC_INTERN PetscErrorCode DLMSaddleUpdateLayout(DLMSaddle saddle);

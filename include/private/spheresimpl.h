@@ -76,6 +76,8 @@ PETSC_INTERN PetscErrorCode DLMPairingGetPointSet(DLMPairing pairing, const DLMC
   sqrt(n_block / n) of it on the block's.
 */
 PETSC_INTERN PetscErrorCode DLMPairingGetBlockCover(const DLMScene *scene, PetscReal radius, DLMCover *cover);
+/* y[3 n_multipliers] += scale epsilon c, the compliance of one sphere's cover (docs/theory.md, P5). */
+PETSC_INTERN void DLMCoverComply(const DLMCover *cover, PetscReal scale, const PetscScalar *c, PetscScalar *y);
 /* Pairs of overlapping spheres, where the point set needs them; else none. Free with PetscFree. */
 PETSC_INTERN PetscErrorCode DLMPairingOverlaps(DLMPairing pairing, PetscInt *n, PetscInt **pairs);
 #endif

@@ -9,27 +9,27 @@ typedef struct {
   PetscInt         sphere, first, n_points, n, start; /* n: multipliers (3-vectors), from entry start of the block */
   PetscInt         carried, columns;                  /* Q: that many points carry that many multipliers; others are their own */
   const PetscReal *Q;
-  PetscReal        scale, compliance;
+  PetscReal        scale;
+  DLMCover         cover;
 } Member;
 
 static PetscErrorCode GetMember(DLMBlocks *blocks, PetscInt sphere, PetscInt first, PetscInt end, PetscInt start, Member *m)
 {
   const PetscReal        radius = blocks->scene->spheres[sphere].radius;
   const DLMPointSetData *set;
-  DLMCover               cover, own_cover;
+  DLMCover               cover;
 
   PetscFunctionBegin;
-  PetscCall(DLMPairingGetCover(blocks->scene, radius, &own_cover));
   PetscCall(DLMPairingGetBlockCover(blocks->scene, radius, &cover));
   PetscCall(DLMPairingGetPointSet(blocks->pairing, &cover, &set));
-  *m            = (Member){ .sphere = sphere, .first = first, .n_points = end - first, .n = end - first, .start = start, .scale = 1.0 };
-  m->compliance = own_cover.compliance;
+  *m = (Member){ .sphere = sphere, .first = first, .n_points = end - first, .n = end - first, .start = start, .scale = 1.0 };
+  PetscCall(DLMPairingGetCover(blocks->scene, radius, &m->cover));
   if (set->Q) {
     m->Q       = set->Q;
     m->carried = set->n;
     m->columns = set->m;
     m->n       = m->columns + m->n_points - m->carried;
-    m->scale   = PetscSqrtReal((PetscReal)own_cover.n_points / cover.n_points);
+    m->scale   = PetscSqrtReal((PetscReal)m->cover.n_points / cover.n_points);
   }
   PetscFunctionReturn(0);
 }
@@ -115,6 +115,25 @@ static void PairMultipliers(DLMBlock *b, const Member *s, const Member *t, Petsc
         }
 }
 
+/* The compliance of a member on its diagonal block, column by column. */
+static PetscErrorCode AddCompliance(DLMBlock *b, const Member *m)
+{
+  const PetscInt n = 3 * m->columns;
+  PetscScalar   *unit, *column;
+
+  PetscFunctionBegin;
+  PetscCall(PetscCalloc2(n, &unit, n, &column));
+  for (PetscInt j = 0; j < n; j++) {
+    PetscCall(PetscArrayzero(column, n));
+    unit[j] = 1.0;
+    DLMCoverComply(&m->cover, 1.0, unit, column);
+    unit[j] = 0.0;
+    for (PetscInt i = 0; i < n; i++) b->factor[(m->start + j) * b->n + m->start + i] += column[i];
+  }
+  PetscCall(PetscFree2(unit, column));
+  PetscFunctionReturn(0);
+}
+
 /* factor <- S = Q^T J L J^T Q + epsilon, pair by pair of spheres: all points of a large cluster at once would not fit the memory. */
 PetscErrorCode DLMBlockAssemble(DLMBlocks *blocks, DLMBlock *b, const DLMMarkers *m, const PetscInt *first, const PetscInt *sphere_of)
 {
@@ -139,8 +158,7 @@ PetscErrorCode DLMBlockAssemble(DLMBlocks *blocks, DLMBlock *b, const DLMMarkers
       PetscCall(PairPoints(blocks, m, x, &members[s], &members[t], field, S));
       PairMultipliers(b, &members[s], &members[t], S, half, turned);
     }
-  for (PetscInt s = 0; s < b->n_spheres; s++)
-    for (PetscInt i = 3 * DLM_STIFF_MULTIPLIERS; i < 3 * members[s].columns; i++) b->factor[(members[s].start + i) * (b->n + 1)] += members[s].compliance;
+  for (PetscInt s = 0; s < b->n_spheres; s++) PetscCall(AddCompliance(b, &members[s]));
   PetscCall(PetscFree(field));
   PetscCall(PetscFree4(x, S, half, turned));
   PetscCall(PetscFree(members));

@@ -64,8 +64,7 @@ PetscErrorCode DLMSaddleComply(DLMSaddle s, const PetscScalar *multipliers, Pets
     const PetscInt at = s->pairing->first_multiplier[k];
     DLMCover       cover;
     PetscCall(DLMPairingGetCover(s->scene, s->scene->spheres[s->spheres->owned[k]].radius, &cover));
-    if (cover.compliance == 0.0) continue;
-    for (PetscInt i = 3 * (at + DLM_STIFF_MULTIPLIERS); i < 3 * (at + cover.n_multipliers); i++) values[i] -= cover.compliance * multipliers[i];
+    DLMCoverComply(&cover, -1.0, multipliers + 3 * at, values + 3 * at);
   }
   PetscFunctionReturn(0);
 }

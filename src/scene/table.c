@@ -99,6 +99,10 @@ const DLMSceneKey DLMSceneKeys[] = {
    "auto: by radius for immersed surface points, 0 where a retraction is given"},
   {"Pairing of fluid and spheres", "pairing_compliance", DLM_KEY_AUTO, "auto", AT(scene.pairing_compliance), BETWEEN(0, 1e6), "h/viscosity",
    "slip per traction allowed to harmonics beyond degree 1, which the pressure mesh resolves badly; auto: calibrated, 0: none"},
+  {"Pairing of fluid and spheres", "pairing_spin_compliance", DLM_KEY_AUTO, "auto", AT(scene.pairing_spin_compliance), BETWEEN(0, 1), "h/viscosity",
+   "the same for the torque's traction, which makes the sphere's rotation right; auto: calibrated, 0 where compliance or retraction is given"},
+  {"Pairing of fluid and spheres", "pairing_strain_compliance", DLM_KEY_AUTO, "auto", AT(scene.pairing_strain_compliance), BETWEEN(0, 1), "h/viscosity",
+   "the same for the stresslet's traction; auto: calibrated, 0 where compliance or retraction is given"},
   {"Pairing of fluid and spheres", "pairing_retraction", DLM_KEY_AUTO, "auto", AT(scene.pairing_retraction), BETWEEN(0, 2), "h",
    "surface points lie this deep below the surface; auto: calibrated, 0: the thesis's method"},
 

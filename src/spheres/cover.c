@@ -1,28 +1,26 @@
 #include "../../include/private/spheresimpl.h"
 
 /*
-  Calibrated cover of immersed surface points that carry harmonics (docs/calibration.md, measured by tools/calibrate): retraction
-  and compliance at which drag, torque and stresslet give the sphere the same radius, as nearly as one pair of numbers can.
+  Calibrated cover of immersed surface points that carry harmonics (docs/calibration.md, found by tools/calibrate -fit): for a compliance of the
+  higher harmonics, the retraction that makes the drag right, and the compliances that make torque and stresslet so.
 */
-static const struct {
-  PetscReal a, retraction, compliance; /* a and retraction in h, compliance in h/viscosity */
-} calibrated[] = {
-  { 1.9, 0.700, 0.005 }, { 2.2, 0.665, 0.010 }, { 2.43, 0.630, 0.022 }, { 2.68, 0.588, 0.050 }, { 3.05, 0.550, 0.100 }, { 3.5, 0.519, 0.180 },
-  { 4.1, 0.497, 0.300 }, { 4.8, 0.477, 0.450 }, { 5.7, 0.462, 0.550 }, { 6.75, 0.451, 0.600 }, { 8.0, 0.444, 0.650 },
+enum { RADIUS, COMPLIANCE, RETRACTION, SPIN, STRAIN, VALUES }; /* radius and retraction in h, the others in h/viscosity */
+static const PetscReal calibrated[][VALUES] = {
+  { 1.9, 0.20, 0.5391, 0.0410, 0.0173 }, { 2.2, 0.20, 0.5205, 0.0389, 0.0161 },  { 2.43, 0.20, 0.5153, 0.0334, 0.0141 }, { 2.68, 0.20, 0.5130, 0.0261, 0.0122 },
+  { 3.05, 0.20, 0.5099, 0.0159, 0.0107 }, { 3.5, 0.25, 0.4975, 0.0098, 0.0111 }, { 4.1, 0.35, 0.4790, 0.0073, 0.0120 },  { 4.8, 0.50, 0.4628, 0.0065, 0.0113 },
+  { 5.7, 0.60, 0.4530, 0.0030, 0.0109 },  { 6.75, 0.70, 0.4446, 0.0004, 0.0110 }, { 8.0, 0.85, 0.4364, 0.0000, 0.0094 },
 };
 
-enum { ROWS = PETSC_STATIC_ARRAY_LENGTH(calibrated) };
-
 /* Linear between the rows, constant beyond them. */
-static void Calibrated(PetscReal a, PetscReal *retraction, PetscReal *compliance)
+static void Calibrated(PetscReal a, PetscReal value[VALUES])
 {
-  PetscInt  i = 0;
-  PetscReal t;
+  const PetscInt rows = PETSC_STATIC_ARRAY_LENGTH(calibrated);
+  PetscInt       i    = 0;
+  PetscReal      t;
 
-  while (i < ROWS - 2 && a > calibrated[i + 1].a) i++;
-  t           = PetscMax(0.0, PetscMin(1.0, (a - calibrated[i].a) / (calibrated[i + 1].a - calibrated[i].a)));
-  *retraction = (1.0 - t) * calibrated[i].retraction + t * calibrated[i + 1].retraction;
-  *compliance = (1.0 - t) * calibrated[i].compliance + t * calibrated[i + 1].compliance;
+  while (i < rows - 2 && a > calibrated[i + 1][RADIUS]) i++;
+  t = PetscMax(0.0, PetscMin(1.0, (a - calibrated[i][RADIUS]) / (calibrated[i + 1][RADIUS] - calibrated[i][RADIUS])));
+  for (int k = 0; k < VALUES; k++) value[k] = (1.0 - t) * calibrated[i][k] + t * calibrated[i + 1][k];
 }
 
 /* Retraction of point multipliers, in h: where the drag of the same table is right on average. */
@@ -52,21 +50,41 @@ PetscErrorCode DLMPairingGetBlockCover(const DLMScene *scene, PetscReal radius, 
 PetscErrorCode DLMPairingGetCover(const DLMScene *scene, PetscReal radius, DLMCover *cover)
 {
   const PetscBool smooth = (PetscBool)(scene->pairing_type == DLM_PAIRING_IMMERSED && scene->pairing_points == DLM_POINTS_SURFACE);
+  const PetscBool fitted = (PetscBool)(scene->pairing_retraction < 0.0 && scene->pairing_compliance < 0.0); /* the table's rows hold together */
   const PetscReal a      = radius / scene->h;
-  PetscReal       retraction, compliance;
+  PetscReal       value[VALUES];
 
   PetscFunctionBegin;
-  Calibrated(a, &retraction, &compliance);
+  Calibrated(a, value);
   cover->degree = (PetscInt)scene->pairing_degree;
   if (scene->pairing_degree < 0.0)
     cover->degree = smooth && scene->pairing_retraction < 0.0 ? PetscMax(3, PetscMin(8, (PetscInt)(0.9 * a + 0.5))) : 0;
   cover->spacing    = scene->pairing_spacing >= 0.0 ? scene->pairing_spacing : (cover->degree ? 0.65 : 1.5);
-  cover->retraction = scene->pairing_retraction >= 0.0 ? scene->pairing_retraction : (cover->degree ? retraction : point_retraction[scene->pairing_type]);
+  cover->retraction = scene->pairing_retraction >= 0.0 ? scene->pairing_retraction : (cover->degree ? value[RETRACTION] : point_retraction[scene->pairing_type]);
   CountPoints(a, cover);
-  cover->compliance = 0.0;
-  if (cover->degree > 1) { /* a coefficient of Q is traction over the density of points */
-    const PetscReal kappa = scene->pairing_compliance >= 0.0 ? scene->pairing_compliance : compliance, r = radius - cover->retraction * scene->h;
-    cover->compliance     = kappa * scene->h / scene->fluid_viscosity * cover->n_points / (4.0 * PETSC_PI * r * r);
+  cover->compliance = cover->spin_compliance = cover->strain_compliance = 0.0;
+  if (cover->degree > 0) { /* a coefficient of Q is traction over the density of points */
+    const PetscReal r = radius - cover->retraction * scene->h, unit = scene->h / scene->fluid_viscosity * cover->n_points / (4.0 * PETSC_PI * r * r);
+    cover->compliance        = unit * (scene->pairing_compliance >= 0.0 ? scene->pairing_compliance : value[COMPLIANCE]);
+    cover->spin_compliance   = unit * (scene->pairing_spin_compliance != DLM_AUTO ? scene->pairing_spin_compliance : (fitted ? value[SPIN] : 0.0));
+    cover->strain_compliance = unit * (scene->pairing_strain_compliance != DLM_AUTO ? scene->pairing_strain_compliance : (fitted ? value[STRAIN] : 0.0));
   }
   PetscFunctionReturn(0);
+}
+
+void DLMCoverComply(const DLMCover *cover, PetscReal scale, const PetscScalar *c, PetscScalar *y)
+{
+  static const int column[3] = { 2, 1, 3 }; /* of the harmonic x_d, in the order of DLMHarmonics */
+  PetscScalar      first[3][3];             /* first moments: [d][i] of component i over x_d */
+
+  if (cover->degree == 0) return;
+  for (int d = 0; d < 3; d++)
+    for (int i = 0; i < 3; i++) first[d][i] = scale * c[3 * column[d] + i];
+  const PetscScalar mean = (first[0][0] + first[1][1] + first[2][2]) / 3.0;
+  for (int d = 0; d < 3; d++)
+    for (int i = 0; i < 3; i++) {
+      const PetscScalar turn = 0.5 * (first[d][i] - first[i][d]), stretch = 0.5 * (first[d][i] + first[i][d]) - (d == i ? mean : 0.0);
+      y[3 * column[d] + i] += cover->spin_compliance * turn + cover->strain_compliance * stretch;
+    }
+  for (PetscInt k = 3 * 4; k < 3 * (cover->degree + 1) * (cover->degree + 1); k++) y[k] += scale * cover->compliance * c[k];
 }

@@ -37,6 +37,7 @@ static inline void StartCase(MPI_Comm comm, PetscInt cells_x1, PetscReal rtol, B
   b->scene.pairing_degree       = DLM_AUTO;
   b->scene.pairing_retraction   = DLM_AUTO;
   b->scene.pairing_compliance   = DLM_AUTO;
+  b->scene.pairing_spin_compliance = b->scene.pairing_strain_compliance = DLM_AUTO;
   b->scene.saddle_rtol          = rtol;
   b->scene.saddle_cluster_gap   = 2.0;
   b->scene.saddle_cluster_limit = 4000;

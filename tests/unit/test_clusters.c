@@ -29,6 +29,7 @@ static void StartCase(MPI_Comm comm, const PetscInt cells[3], PetscInt limit, Ca
   c->scene.pairing_spacing      = DLM_AUTO;
   c->scene.pairing_degree       = DLM_AUTO;
   c->scene.pairing_compliance   = DLM_AUTO;
+  c->scene.pairing_spin_compliance = c->scene.pairing_strain_compliance = DLM_AUTO;
   c->scene.saddle_rtol          = 1e-9;
   c->scene.saddle_cluster_gap   = 1.0;
   c->scene.saddle_cluster_limit = limit;

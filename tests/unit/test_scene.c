@@ -82,6 +82,7 @@ static void Defaults(void **state)
   assert_int_equal(s->pairing_type, DLM_PAIRING_IMMERSED);
   assert_int_equal(s->pairing_points, DLM_POINTS_SURFACE);
   assert_true(s->pairing_spacing == DLM_AUTO && s->pairing_degree == DLM_AUTO && s->pairing_compliance == DLM_AUTO);
+  assert_true(s->pairing_spin_compliance == DLM_AUTO && s->pairing_strain_compliance == DLM_AUTO);
   assert_true(s->pairing_retraction == DLM_AUTO && s->contact_range == DLM_AUTO &&
               s->contact_stiffness == DLM_AUTO);
   assert_true(s->lubrication == DLM_LUBRICATION_AUTO && s->lubrication_range == 0.75);
