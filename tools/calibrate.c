@@ -273,8 +273,8 @@ static PetscErrorCode FixScene(void)
 /* The rows of src/spheres/cover.c. */
 static PetscErrorCode FitTable(Setup *s, PetscInt positions)
 {
-  static const PetscReal chosen[][2] = { { 1.9, 0.2 },  { 2.2, 0.2 },  { 2.43, 0.2 }, { 2.68, 0.2 }, { 3.05, 0.2 }, { 3.5, 0.25 },
-                                         { 4.1, 0.35 }, { 4.8, 0.5 }, { 5.7, 0.6 },  { 6.75, 0.7 }, { 8.0, 0.85 } }; /* a/h, compliance */
+  static const PetscReal chosen[][2] = { { 1.5, 0.1 }, { 1.9, 0.1 }, { 2.2, 0.1 }, { 2.43, 0.1 }, { 2.68, 0.1 }, { 3.05, 0.1 },
+                                         { 3.5, 0.2 }, { 4.1, 0.3 }, { 4.8, 0.45 }, { 5.7, 0.6 }, { 6.75, 0.7 }, { 8.0, 0.85 } }; /* a/h, compliance */
 
   PetscFunctionBeginUser;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(chosen); i++) {
