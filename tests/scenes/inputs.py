@@ -32,6 +32,9 @@ SETTLING = "input/sedimentation.yaml -grid_resolution "
 STOKES = 2 / 9 * 0.5 * 980.665 * 0.1**2
 SPIN = "-box_size 2,2,2 -sphere_centers 0,0,0 -sphere_motion fixed -sphere_omega 0,1,0 -grid_resolution "
 TORQUE = -8 * math.pi * 0.1**3
+SHEARED = "-box_size 2,2,2 -sphere_motion rotate -wall_velocity_lower -1,0,0 -wall_velocity_upper 1,0,0 -grid_resolution "
+STRESSLET = 10 / 3 * math.pi * 0.1**3 * 1.0009  # walls and images: 0.9 a^3
+BESIDE_A_NODE = " -sphere_centers 0.0125,0.029,0.004"
 OFF_CENTRE = ("-box_size 3,2,1 -sphere_centers 0,0,0.2 -wall_velocity_lower -0.5,0,0 -wall_velocity_upper 0.5,0,0 "
               "-grid_resolution ")
 
@@ -44,26 +47,29 @@ def walls(height):
 STILL = {"omega1": 1e-3, "omega3": 1e-3}
 NUMBERS = {
     "rotation": [
-        (ROTATION + walls(1), {"omega2": (0.494559, 0.005)}, STILL),
-        (ROTATION + walls(2), {"omega2": (0.499266, 0.005)}, STILL),
+        (ROTATION + walls(1), {"omega2": (0.494559, 0.002)}, STILL),
+        (ROTATION + walls(2), {"omega2": (0.499266, 0.002)}, STILL),
     ],
     "rotation_tall": [
         (ROTATION + walls(6), {"omega2": (0.498360, 0.005)}, STILL),
     ],
     "off_centre": [
-        (OFF_CENTRE + "24", {"V1": (0.202636, 0.01), "omega2": (0.494973, 0.01)}, {}),
-        (OFF_CENTRE + "32", {"V1": (0.202636, 0.01), "omega2": (0.494973, 0.01)}, {}),
+        (OFF_CENTRE + "24", {"V1": (0.202636, 0.005), "omega2": (0.494973, 0.005)}, {}),
+        (OFF_CENTRE + "32", {"V1": (0.202636, 0.005), "omega2": (0.494973, 0.005)}, {}),
     ],
     "settling": [
-        (SETTLING + "24", {"V1": (-1.010834 * STOKES, 0.02)}, {}),
-        (SETTLING + "48", {"V1": (-1.010834 * STOKES, 0.01)}, {}),
-        (SPIN + "24", {"T2": (TORQUE, 0.06)}, {}),
-        (SPIN + "48", {"T2": (TORQUE, 0.03)}, {}),
+        (SETTLING + "24", {"V1": (-1.010834 * STOKES, 0.003)}, {}),
+        (SETTLING + "24" + BESIDE_A_NODE, {"V1": (-1.010834 * STOKES, 0.003)}, {}),
+        (SETTLING + "48", {"V1": (-1.010834 * STOKES, 0.001)}, {}),
+        (SPIN + "24", {"T2": (TORQUE, 0.005)}, {}),
+        (SPIN + "48", {"T2": (TORQUE, 0.003)}, {}),
+        (SHEARED + "24" + BESIDE_A_NODE, {"S13": (STRESSLET, 0.015)}, {}),
+        (SHEARED + "48" + BESIDE_A_NODE, {"S13": (STRESSLET, 0.003)}, {}),
     ],
     # other solvers: conjugate gradients on the pressure, and a mean velocity that is set to zero
     "settling_cells": [
-        (SETTLING + "24 -box_periodic 1,0,0", {"V1": (-0.95580 * STOKES, 0.02)}, {}),
-        (SETTLING + "24 -box_periodic 1,1,1", {"V1": (-0.858658 * STOKES, 0.02)}, {}),
+        (SETTLING + "24 -box_periodic 1,0,0", {"V1": (-0.95580 * STOKES, 0.003)}, {}),
+        (SETTLING + "24 -box_periodic 1,1,1", {"V1": (-0.858658 * STOKES, 0.003)}, {}),
     ],
 }
 
