@@ -286,6 +286,43 @@ static void HarmonicsKeepRigidMotions(void **state)
   CloseCase(&c);
 }
 
+/* A traction like omega x r slips by the torque's compliance, one like E r by the stresslet's, a uniform or radial one not at all. */
+static void TurningAndStrainingSlipByCompliancesOfTheirOwn(void **state)
+{
+  enum { UNIFORM, RADIAL, TURN, STRAIN, FIELDS };
+  const double    gradient[FIELDS][3][3] = { [RADIAL] = { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } },
+                                             [TURN]   = { { 0, -0.3, 0.2 }, { 0.3, 0, -0.7 }, { -0.2, 0.7, 0 } },
+                                             [STRAIN] = { { 0.5, 0.1, -0.4 }, { 0.1, 0.3, 0.6 }, { -0.4, 0.6, -0.8 } } };
+  const DLMCover  cover        = { .degree = 3, .compliance = 5.0, .spin_compliance = 2.0, .strain_compliance = 3.0 };
+  const double    slip[FIELDS] = { [TURN] = cover.spin_compliance, [STRAIN] = cover.strain_compliance };
+  const PetscInt *first;
+  PetscReal      *p, *m, *y, *out;
+  PetscInt        n;
+  Case            c;
+
+  SetScene(PETSC_COMM_SELF, 1, DLM_PAIRING_IMMERSED, DLM_POINTS_SURFACE, &c);
+  c.scene.pairing_degree = 3;
+  Build(&c);
+  Call(DLMPairingGetMultipliers(c.pairing, &n, &first));
+  Call(PetscMalloc4(3 * c.n, &p, 3 * n, &m, 3 * n, &y, 3 * c.n, &out));
+  for (int f = 0; f < FIELDS; f++) {
+    double worst = 0.0;
+    for (PetscInt i = 0; i < c.n; i++)
+      for (int d = 0; d < 3; d++) {
+        p[3 * i + d] = f == UNIFORM ? V[d] : 0.0;
+        for (int e = 0; e < 3; e++) p[3 * i + d] += gradient[f][d][e] * c.r[3 * i + e];
+      }
+    Call(DLMPairingProject(c.pairing, p, m));
+    Call(PetscArrayzero(y, 3 * n));
+    for (PetscInt k = 0; k < c.spheres->n_owned; k++) DLMCoverComply(&cover, -1.0, m + 3 * first[k], y + 3 * first[k]);
+    Call(DLMPairingExpand(c.pairing, y, out));
+    for (PetscInt i = 0; i < 3 * c.n; i++) worst = fmax(worst, fabs(out[i] + slip[f] * p[i]));
+    AssertAtMost(worst, 1e-12);
+  }
+  Call(PetscFree4(p, m, y, out));
+  CloseCase(&c);
+}
+
 static const struct CMUnitTest tests[] = {
   cmocka_unit_test(InterpolationAndSpreadingAreAdjoint),
   cmocka_unit_test(SpreadingAddsAndSparesTheWalls),
@@ -293,6 +330,7 @@ static const struct CMUnitTest tests[] = {
   cmocka_unit_test(AnyNumberOfRanksGivesTheSameValues),
   cmocka_unit_test(UnwrappedCentresGiveTheSameValues),
   cmocka_unit_test(HarmonicsKeepRigidMotions),
+  cmocka_unit_test(TurningAndStrainingSlipByCompliancesOfTheirOwn),
 };
 
 RUN_ON_ALL_RANKS(tests)
