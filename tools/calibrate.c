@@ -113,6 +113,16 @@ static void LoadLikeShear(PetscReal mu, DLMSphereSpec *spec)
   spec->torque[2] = 8.0 * PETSC_PI * mu * a * a * a;
 }
 
+static void SetCover(DLMScene *scene, const Plan *plan)
+{
+  scene->pairing_type       = plan->type;
+  scene->pairing_points     = plan->points;
+  scene->pairing_spacing    = plan->spacing;
+  scene->pairing_degree     = plan->degree;
+  scene->pairing_compliance = plan->compliance;
+  scene->pairing_retraction = plan->retraction;
+}
+
 /* What the positions of the centre in the mesh make of the radius. */
 typedef struct {
   PetscReal mean[MOMENTS], least[MOMENTS], most[MOMENTS], iterations;
@@ -151,14 +161,17 @@ static PetscErrorCode Sweep(Setup *s, PetscReal r, PetscInt positions, Spread *s
 static PetscErrorCode Fit(Setup *s, PetscReal r, PetscReal compliance, PetscInt positions)
 {
   DLMScene *scene = s->scene;
+  DLMCover  cover;
   Spread    spread;
 
   PetscFunctionBeginUser;
+  SetCover(scene, &table[0]);
+  PetscCall(DLMPairingGetCover(scene, r * scene->h, &cover));
+  scene->pairing_degree            = cover.degree;
   scene->pairing_compliance        = compliance;
   scene->pairing_retraction        = 0.5;
   scene->pairing_spin_compliance   = 0.0;
   scene->pairing_strain_compliance = 0.0;
-  scene->pairing_degree            = PetscMax(3, PetscMin(8, (PetscInt)(0.9 * r + 0.5)));
   for (int pass = 0; pass < 6; pass++) {
     PetscCall(Sweep(s, r, positions, &spread));
     const PetscReal per_slip = PetscPowReal(1.0 - scene->pairing_retraction / r, 4.0);
@@ -223,16 +236,6 @@ static PetscErrorCode UseMesh(Setup *s, PetscReal resolution)
   if (s->scene) PetscCall(SetupDestroy(s));
   PetscCall(SetupCreate(resolution, s));
   PetscFunctionReturn(0);
-}
-
-static void SetCover(DLMScene *scene, const Plan *plan)
-{
-  scene->pairing_type       = plan->type;
-  scene->pairing_points     = plan->points;
-  scene->pairing_spacing    = plan->spacing;
-  scene->pairing_degree     = plan->degree;
-  scene->pairing_compliance = plan->compliance;
-  scene->pairing_retraction = plan->retraction;
 }
 
 /* Mesh for a radius in h: fine enough that the sphere stays small beside the box. */
