@@ -5,7 +5,7 @@
 
 newtonian: D = 0.5 of input/pair_two_walls.yaml. Exact: crossing at 10.937, back at abs(x1) = 0.5 at 21.874, gap 1.06e-3 a; the flow is reversible, so a sphere leaves at the x3 at
 which it came. oldroydb: input/pair_oldroydb_two_walls.yaml. The pair leaves closer to the mid-plane than the 0.05 at which it came (thesis 3.5.3), without touching; measured at
-h = 1/32 and 1/48: crossing at 11.09 and 11.10, x3 at x1 = 0.2 0.041 and 0.036. Without friction in the gap it leaves at 0.075.
+h = 1/32: crossing at 11.1, x3 at x1 = 0.2 0.042. Without friction in the gap it leaves at 0.075.
 """
 import csv
 import json
