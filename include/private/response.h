@@ -48,6 +48,18 @@ PETSC_INTERN void DLMResponseFieldSetPoint(DLMResponseField *field, const DLMRes
 */
 PETSC_INTERN void DLMResponseFieldEntry(DLMResponseField *field, PetscInt i, const PetscReal x[3], const PetscInt shift[3], PetscReal entry[9]);
 
+/*
+  image.c. entry[9] <- what a plane wall at rest adds to the velocity at an offset from a unit force, in 1/(8 pi mu h): [3 velocity + force direction]. The wall lies
+  across the axis, below the force (side 1) or above it (-1), height away; lengths in h. blur, in h^2, is added to the square of the distance from the image;
+  with 0 the velocity is zero on the wall. Not collective.
+*/
+PETSC_INTERN void DLMWallImage(const PetscReal offset[3], PetscReal height, int axis, PetscReal side, PetscReal blur, PetscReal entry[9]);
+/*
+  entry[9] += what the walls of the box do more to a force and a point at these places (in h from the lower corner) than to a pair in the middle, where the tables
+  are made; wall by wall. Not collective.
+*/
+PETSC_INTERN void DLMResponseAddWalls(DLMGrid grid, PetscReal viscosity, const PetscReal force[3], const PetscReal x[3], PetscReal entry[9]);
+
 static inline PetscReal *DLMResponseNear(const DLMResponse *r, PetscInt parity, const PetscInt o[3])
 {
   const PetscInt w = 2 * r->near + 1;

@@ -44,6 +44,7 @@ typedef struct {
   DLMLubrication *lubrication;
   const DLMResponse *response;
   PetscBool      plain;           /* unit matrix in place of J L J^T (Uzawa) */
+  PetscBool      smooth;          /* harmonics on surface points: S is well conditioned */
   PetscReal      scale;           /* of S in all blocks */
   PetscInt       n, capacity;
   DLMBlock      *block;           /* of this rank */
@@ -92,6 +93,11 @@ static inline PetscReal DLMUzawaScale(DLMStokes stokes)
 /* clusters.c: cluster[i] of every sphere, numbered by their first sphere; the same on every rank. */
 PETSC_INTERN PetscErrorCode DLMFindClusters(DLMSpheres spheres, const DLMScene *scene, const DLMBodyLayout *layout, PetscInt *n, PetscInt *cluster);
 
+/*
+  blocks.c: the gap between a lone sphere at the center (NULL: where it is now) and a wall, from h to the radius; else, and for a cluster, PETSC_MAX_REAL, and
+  the block leaves the walls out: images blurred by the delta (narrower gaps), of several spheres, or on point multipliers can make it indefinite. Not collective.
+*/
+PETSC_INTERN PetscReal DLMBlockWallGap(const DLMBlocks *blocks, const DLMBlock *block, const PetscReal center[3]);
 /*
   assemble.c: the dense matrices of a block from its markers. Points of its s-th sphere start at first[s]; sphere_of names the sphere of every
   point. block->factor <- S, block->R <- Q^T of the rigid motions.

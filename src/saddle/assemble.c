@@ -72,7 +72,8 @@ static PetscErrorCode ImageShift(DLMBlocks *blocks, PetscInt i, PetscInt j, Pets
 }
 
 /* S[force, point of t][velocity, point of s] <- J L J^T between the points of two spheres; x: all points, in h from the lower corner. */
-static PetscErrorCode PairPoints(DLMBlocks *blocks, const DLMMarkers *markers, const PetscReal *x, const Member *s, const Member *t, DLMResponseField *field, PetscReal *S)
+static PetscErrorCode PairPoints(DLMBlocks *blocks, PetscBool walled, const DLMMarkers *markers, const PetscReal *x, const Member *s, const Member *t,
+                                 DLMResponseField *field, PetscReal *S)
 {
   PetscInt shift[3];
 
@@ -83,6 +84,7 @@ static PetscErrorCode PairPoints(DLMBlocks *blocks, const DLMMarkers *markers, c
     for (PetscInt i = s == t ? j : 0; i < s->n_points; i++) {
       PetscReal entry[9];
       DLMResponseFieldEntry(field, s->first + i, x + 3 * (s->first + i), shift, entry);
+      if (walled) DLMResponseAddWalls(blocks->stokes->grid, blocks->stokes->viscosity, x + 3 * (t->first + j), x + 3 * (s->first + i), entry);
       for (int v = 0; v < 3; v++)
         for (int c = 0; c < 3; c++) {
           S[((c * t->n_points + j) * 3 + v) * s->n_points + i] = entry[3 * v + c];
@@ -138,6 +140,7 @@ static PetscErrorCode AddCompliance(DLMBlock *b, const Member *m)
 PetscErrorCode DLMBlockAssemble(DLMBlocks *blocks, DLMBlock *b, const DLMMarkers *m, const PetscInt *first, const PetscInt *sphere_of)
 {
   DLMGrid           grid = blocks->stokes->grid;
+  const PetscBool   walled = DLMBlockWallGap(blocks, b, b->center) < PETSC_MAX_REAL;
   PetscInt          most = 0, room;
   DLMResponseField *field;
   PetscReal        *x, *S, *half, *turned;
@@ -155,7 +158,7 @@ PetscErrorCode DLMBlockAssemble(DLMBlocks *blocks, DLMBlock *b, const DLMMarkers
     for (int d = 0; d < 3; d++) x[3 * i + d] = (blocks->spheres->state[sphere_of[i]].center[d] + m->r[3 * i + d] - grid->lower[d]) / grid->h;
   for (PetscInt t = 0; t < b->n_spheres; t++)
     for (PetscInt s = t; s < b->n_spheres; s++) {
-      PetscCall(PairPoints(blocks, m, x, &members[s], &members[t], field, S));
+      PetscCall(PairPoints(blocks, walled, m, x, &members[s], &members[t], field, S));
       PairMultipliers(b, &members[s], &members[t], S, half, turned);
     }
   for (PetscInt s = 0; s < b->n_spheres; s++) PetscCall(AddCompliance(b, &members[s]));

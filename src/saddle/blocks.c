@@ -36,7 +36,8 @@ PetscErrorCode DLMBlocksCreate(DLMStokes stokes, DLMPairing pairing, DLMSpheres 
     for (PetscInt i = 0; i < scene->n_spheres; i++) radius = PetscMax(radius, scene->spheres[i].radius);
     PetscCall(DLMResponseGet(stokes, Reach(scene), &blocks->response));
     if (scene->n_spheres) PetscCall(DLMPairingGetCover(scene, radius, &cover));
-    if (!cover.degree || scene->pairing_points == DLM_POINTS_VOLUME) blocks->scale = 0.3; /* may need large shifts: steps longer than 2 */
+    blocks->smooth = (PetscBool)(cover.degree && scene->pairing_points != DLM_POINTS_VOLUME);
+    if (!blocks->smooth) blocks->scale = 0.3; /* may need large shifts: steps longer than 2 */
   }
   *new_blocks = blocks;
   PetscFunctionReturn(0);
@@ -146,6 +147,8 @@ static PetscErrorCode BuildBlock(DLMBlocks *blocks, DLMBlock *b)
 
 /* A block stays good while its spheres have moved, against the mesh or (harmonics) against each other, by less than this (in h). */
 static const PetscReal stale_distance = 0.1;
+/* The same towards a wall that is near, against the gap. */
+static const PetscReal stale_gap = 0.1;
 
 static PetscReal MostMove(const DLMBlocks *blocks)
 {
@@ -154,17 +157,36 @@ static PetscReal MostMove(const DLMBlocks *blocks)
   return blocks->plain || inner ? 0.0 : stale_distance * blocks->scene->h;
 }
 
+PetscReal DLMBlockWallGap(const DLMBlocks *blocks, const DLMBlock *b, const PetscReal center[3])
+{
+  const DLMGrid   grid = blocks->stokes->grid;
+  const PetscReal radius = blocks->scene->spheres[b->spheres[0]].radius, *x = center ? center : blocks->spheres->state[b->spheres[0]].center;
+  PetscReal       gap = radius;
+
+  if (b->n_spheres > 1 || !blocks->smooth) return PETSC_MAX_REAL;
+  for (int d = 0; d < 3; d++) {
+    const PetscReal height = x[d] - grid->lower[d];
+    if (!grid->periodic[d]) gap = PetscMin(gap, PetscMin(height, grid->cells[d] * grid->h - height) - radius);
+  }
+  return gap >= grid->h && gap < radius ? gap : PETSC_MAX_REAL;
+}
+
 /*
-  Points feel where they lie in the mesh; harmonics average over it, so that only the spheres' places in the cluster matter, and the block of
+  Points feel where they lie in the mesh; harmonics average over it, so that only the spheres' places in the cluster and near walls matter, and the block of
   a lone sphere lasts for the whole run.
 */
 static PetscBool IsCurrent(const DLMBlocks *blocks, const DLMBlock *b, PetscInt n_spheres, const PetscInt *spheres, PetscInt n)
 {
-  const PetscReal most = MostMove(blocks);
+  const DLMGrid   grid = blocks->stokes->grid;
+  const PetscReal most = MostMove(blocks), gap = DLMBlockWallGap(blocks, b, NULL);
   PetscReal       common[3] = { 0.0, 0.0, 0.0 };
 
   if (b->n_spheres != n_spheres || b->n != n) return PETSC_FALSE;
-  for (int d = 0; d < 3 && b->harmonic; d++) common[d] = blocks->spheres->state[spheres[0]].center[d] - b->center[d];
+  if ((gap < PETSC_MAX_REAL) != (DLMBlockWallGap(blocks, b, b->center) < PETSC_MAX_REAL)) return PETSC_FALSE;
+  for (int d = 0; d < 3 && b->harmonic; d++) {
+    common[d] = blocks->spheres->state[spheres[0]].center[d] - b->center[d];
+    if (!grid->periodic[d] && PetscAbsReal(common[d]) > stale_gap * gap) return PETSC_FALSE;
+  }
   for (PetscInt s = 0; s < n_spheres; s++) {
     if (b->spheres[s] != spheres[s]) return PETSC_FALSE;
     for (int d = 0; d < 3; d++)
@@ -173,16 +195,17 @@ static PetscBool IsCurrent(const DLMBlocks *blocks, const DLMBlock *b, PetscInt 
   return PETSC_TRUE;
 }
 
-/* A lone sphere takes over the factors of another of the same size. */
+/* A lone sphere takes over the factors of another of the same size, both away from walls. */
 static PetscErrorCode CopyTwin(DLMBlocks *blocks, PetscInt n_blocks, const DLMBlock *other, DLMBlock *b, PetscBool *copied)
 {
   PetscFunctionBegin;
   *copied = PETSC_FALSE;
+  if (DLMBlockWallGap(blocks, b, NULL) < PETSC_MAX_REAL) PetscFunctionReturn(0);
   for (PetscInt k = 0; k < n_blocks && !*copied; k++) {
     const DLMBlock      *o = &other[k];
     const DLMSphereSpec *spec = blocks->scene->spheres;
     if (!o->harmonic || o->n_spheres != 1 || b->n_spheres != 1 || spec[o->spheres[0]].radius != spec[b->spheres[0]].radius ||
-        spec[o->spheres[0]].motion != spec[b->spheres[0]].motion)
+        spec[o->spheres[0]].motion != spec[b->spheres[0]].motion || DLMBlockWallGap(blocks, o, o->center) < PETSC_MAX_REAL)
       continue;
     PetscCall(PetscMalloc1(b->n * b->n, &b->factor));
     PetscCall(PetscArraycpy(b->factor, o->factor, b->n * b->n));
