@@ -4,7 +4,7 @@
 
     dlmfd_calibrate > docs/calibration.csv                       the table, about a quarter of an hour on one core
     dlmfd_calibrate -radii 3,4.8 -positions 4 -pairing_degree 3  another cover: any key -pairing_... takes the table's place
-    dlmfd_calibrate -fit                                         the rows of src/spheres/cover.c, a few minutes
+    dlmfd_calibrate -fit                                         the rows of src/spheres/cover.c, a few minutes; with -radii, only theirs
 
   The box is 2 x 2 x 2, periodic in x1 and x2. A force along x2, a torque about x3 and a shear in the x1-x3 plane act at once; by symmetry
   they do not disturb each other, but the mesh is less symmetric, so none may be much stronger than the others.
@@ -273,14 +273,18 @@ static PetscErrorCode FixScene(void)
   PetscFunctionReturn(0);
 }
 
-/* The rows of src/spheres/cover.c. */
-static PetscErrorCode FitTable(Setup *s, PetscInt positions)
+/* The rows of src/spheres/cover.c, or those of the given radii. */
+static PetscErrorCode FitTable(Setup *s, PetscInt n_radii, const PetscReal *radii, PetscInt positions)
 {
   static const PetscReal chosen[][2] = { { 1.5, 0.1 }, { 1.9, 0.1 }, { 2.2, 0.1 }, { 2.43, 0.1 }, { 2.68, 0.1 }, { 3.05, 0.1 },
                                          { 3.5, 0.2 }, { 4.1, 0.3 }, { 4.8, 0.45 }, { 5.7, 0.6 }, { 6.75, 0.7 }, { 8.0, 0.85 } }; /* a/h, compliance */
 
   PetscFunctionBeginUser;
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(chosen); i++) {
+    PetscBool wanted = n_radii ? PETSC_FALSE : PETSC_TRUE;
+
+    for (PetscInt k = 0; k < n_radii; k++) wanted = wanted || radii[k] == chosen[i][0];
+    if (!wanted) continue;
     PetscCall(UseMesh(s, Resolution(chosen[i][0])));
     PetscCall(Fit(s, chosen[i][0], chosen[i][1], positions));
   }
@@ -322,7 +326,7 @@ static PetscErrorCode Calibrate(void)
   PetscCall(PetscOptionsGetBool(NULL, NULL, "-fit", &fit, NULL));
   for (int i = 0; i < 3; i++) PetscCall(PetscOptionsClearValue(NULL, (const char *[]){ "-radii", "-positions", "-fit" }[i]));
   PetscCall(FixScene());
-  if (fit) PetscCall(FitTable(&s, positions ? positions : 12));
+  if (fit) PetscCall(FitTable(&s, set ? n_radii : 0, radii, positions ? positions : 12));
   else PetscCall(MeasureTable(&s, n_radii, radii, resolution, positions));
   PetscCall(SetupDestroy(&s));
   PetscFunctionReturn(0);

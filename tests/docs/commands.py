@@ -63,9 +63,11 @@ SHORTER = {
     r"mpirun .*dlmfd /usr/share/dlmfd/": lambda words: words.replace("/usr/share/dlmfd/", "") + STEPS,
     r"(\S+=\S+ )*(\./)?tools/run ": STEPS,
     r"(mpirun .*)?build/dlmfd input/": STEPS,
+    r"(build/)?dlmfd_calibrate -fit": lambda words: instead(words, "-radii 1.5", "-positions 1"),
     r"(build/)?dlmfd_calibrate( |$)": lambda words: instead(words, "-radii 2", "-positions 1"),
     r"(tools/close_pairs build/)?dlmfd_close_pairs( |$)": lambda words: instead(words, "-radii 1.6", "-gaps 1", "-places 1"),
     r"tools/two_spheres": lambda words: instead(words, "--gaps 1"),
+    r"tools/tradeoff \w+ --retime": lambda words: instead(words, "--retime 0.35") + " --draw",
     r"tools/tradeoff \w+": " --draw",
 }
 LONG = (r"tools/two_spheres", r"build/dlmfd_calibrate -")
