@@ -24,6 +24,7 @@ FACTS = {"dlmfd": r"\d+\.\d+\.\d+", "commit": r"[0-9a-f]{12}(-modified)?|none", 
          "flags": ".*-O.*", "petsc": r"3\.\d+\.\d+.*", "scalar": "(real|complex), (single|double|extended) precision", "index": "(32|64) bits", "mpi": r".+ v?\d.*",
          "hypre": r"\d+\.\d+\.\d+|none", "hdf5": r"1\.\d+\.\d+", "fftw": r"3\.\d+\.\d+", "metis": r"\d+\.\d+\.\d+", "yaml": r"\d+\.\d+\.\d+"}
 SMALL = ["-box_size", "1,1,1", "-grid_resolution", "16", "-sphere_centers", "0,0,0", "-sphere_radius", "0.2", "-ts_max_steps", "1"]
+USERS_LACK = ("LD_LIBRARY_PATH", "PKG_CONFIG_PATH", "PYTHONPATH", "OMPI_MCA_ess_singleton_isolated", "OMPI_MCA_pml", "OMPI_MCA_btl")
 LIBRARIES = ("libc6", "libpetsc-real3", "libhdf5-openmpi", "libopenmpi3", "libfftw3-double3", "libmetis5", "libyaml-0-2", "liblapack3", "openmpi-bin", "python3")
 FAILURES = []
 
@@ -36,7 +37,7 @@ def check(good, message):
 
 def run(*command, cwd=None, env=None, good=True):
     """What the command prints; it works under a strict umask. Ends the test if it fails."""
-    plain = {key: value for key, value in os.environ.items() if key not in ("LD_LIBRARY_PATH", "PKG_CONFIG_PATH", "PYTHONPATH")}
+    plain = {key: value for key, value in os.environ.items() if key not in USERS_LACK}
     plain.update(ASAN_OPTIONS="detect_leaks=0", OMP_NUM_THREADS="1", DLM_SETUP="skip", DLM_JOBS="2", **(env or {}))
     result = subprocess.run([str(part) for part in command], cwd=cwd, env=plain, capture_output=True, text=True, timeout=600, check=False, umask=0o077)
     if (result.returncode == 0) != good:
