@@ -16,6 +16,7 @@ import resource
 import shutil
 import signal
 import subprocess
+import threading
 import time
 import xml.etree.ElementTree as ElementTree
 
@@ -40,14 +41,25 @@ class Disk:
 
     def __init__(self, megabytes):
         os.makedirs(place("disk"))
-        self.real = mounted(place("disk"), f"size={megabytes}m")
+        self.real, self.filler = mounted(place("disk"), f"size={megabytes}m"), None
 
     def fill(self, process):
         if not self.real:  # no file may grow
             for pid in [process.pid] + children(process.pid):
                 resource.prlimit(pid, resource.RLIMIT_FSIZE, (1000, 1000))
             return
-        with open(place("disk/filler"), "wb", buffering=0) as file:
+        self.fill_once()
+        self.filler = threading.Thread(target=self.keep_full, args=(process,), daemon=True)
+        self.filler.start()
+
+    def keep_full(self, process):
+        """What the run frees, as by renaming a checkpoint, is taken too, until it has ended; ends() sees to that."""
+        while process.returncode is None:
+            self.fill_once()
+            time.sleep(0.002)
+
+    def fill_once(self):
+        with open(place("disk/filler"), "ab", buffering=0) as file:
             try:
                 while file.write(bytes(4096)):
                     pass
@@ -55,6 +67,8 @@ class Disk:
                 pass
 
     def free(self):
+        if self.filler:
+            self.filler.join()
         if os.path.exists(place("disk/filler")):
             os.remove(place("disk/filler"))
 
