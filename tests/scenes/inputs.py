@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Runs the scenes of input/ and compares single solves with reference values.
 
-    inputs.py run DLMFD MPIRUN...       every input/*.yaml, coarsened, for a few steps; every command line in its header
+    inputs.py run DLMFD MPIRUN...       every input/*.yaml, coarsened, for a few steps on two ranks; every command line in its header on one
     inputs.py frames DLMFD MPIRUN...    pairs between walls (-1/2, 1/2) and (0, 1) move alike
-    inputs.py NUMBERS DLMFD MPIRUN...   a group of NUMBERS below: the motion of one sphere against its exact value
+    inputs.py NUMBERS DLMFD MPIRUN...   a group of NUMBERS below, on one rank: the motion of one sphere against its exact value
 """
+import concurrent.futures
 import csv
 import glob
 import json
@@ -127,8 +128,14 @@ def header_commands(path):
     return [match.group(1) for match in map(COMMAND.match, header) if match]
 
 
+def check_command(launch, line, name):
+    require(line.split()[0] == "input/" + name, f"the header runs another scene: {line}")
+    with tempfile.TemporaryDirectory() as folder:
+        run(launch, shlex.split(line) + coarse(name, 0), folder)
+
+
 def run_inputs(launch):
-    failed = 0
+    failed, workers = 0, concurrent.futures.ThreadPoolExecutor(2)
     scenes = sorted(glob.glob(os.path.join(ROOT, "input", "*.yaml")))
     require(scenes, "no scenes in input/")
     for scene in scenes:
@@ -138,10 +145,7 @@ def run_inputs(launch):
             require(commands, "the header has no line '#   dlmfd input/...'")
             with tempfile.TemporaryDirectory() as folder:
                 check_files(launch, os.path.join("input", name), folder)
-            for line in commands:
-                require(line.split()[0] == "input/" + name, f"the header runs another scene: {line}")
-                with tempfile.TemporaryDirectory() as folder:
-                    run(launch, shlex.split(line) + coarse(name, 0), folder)
+            list(workers.map(lambda line: check_command(launch[-1:], line, name), commands))
             print(f"ok      {name}: {STEPS} steps, {len(commands)} command lines of its header")
         except Failure as failure:
             failed += 1
@@ -154,7 +158,7 @@ def check_numbers(launch, group):
     for line, exact, bounds in NUMBERS[group]:
         print(line)
         with tempfile.TemporaryDirectory() as folder:
-            row = run(launch, shlex.split(line + " " + SOLVE), folder)[-1]
+            row = run(launch[-1:], shlex.split(line + " " + SOLVE), folder)[-1]
         for column, (value, tolerance) in exact.items():
             error = row[column] / value - 1
             good = abs(error) <= tolerance

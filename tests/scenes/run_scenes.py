@@ -23,7 +23,7 @@ GROUPS = {"x": slice(3, 6), "V": slice(6, 9), "omega": slice(9, 12), "F": slice(
 TIGHT = " -saddle_rtol 1e-11 -progress_every 1000"
 RADIUS = 0.15
 SHEAR = " -wall_velocity_lower -0.5,0,0 -wall_velocity_upper 0.5,0,0"
-PAIR = f"-box_size 3,2,1 -grid_resolution 16 -sphere_radius {RADIUS} -ts_dt 0.1 -ts_max_time 1 -ts_split_scheme strang" + TIGHT
+PAIR = f"-box_size 2,1,1 -grid_resolution 16 -sphere_radius {RADIUS} -ts_dt 0.1 -ts_max_time 1 -ts_split_scheme strang" + TIGHT
 MEETING = " -sphere_centers -0.3,0.02,0.15,0.3,-0.02,-0.15"
 SETTLING = (f"-box_size 1.5,1.5,1.5 -grid_resolution 16 -sphere_radius {RADIUS} -sphere_density 2 -gravity 300,100,-50 -sphere_centers 0.6,0.7,0.5"
             " -ts_dt 0.02 -ts_max_time 0.3" + TIGHT)
@@ -74,15 +74,15 @@ def crossing():
     good = True
     for name, inertia in (("inertia", 1), ("no inertia", 0)):
         scene = PAIR.replace("-ts_max_time 1", "-ts_max_time 3") + SHEAR + f" -sphere_inertia {inertia}"
-        here = run(f"here{inertia}", scene + " -sphere_centers 1.27,0.9,0.22,-1.13,0.93,0.15", 2)
-        # half a box in x1 and x2: 12 and 8 times 2h; the first sphere is then inside, the second one's image is
+        here = run(f"here{inertia}", scene + " -sphere_centers 0.77,0.4,0.22,-0.63,0.43,0.15", 2)
+        # half a box in x1 and x2: 8 and 4 times 2h; the first sphere is then inside, the second one's image is
         there = run(f"there{inertia}", scene + " -sphere_centers -0.23,-0.1,0.22,0.37,-0.07,0.15", 2)
         x1 = here[:, 0, 3]
-        print(f"{name}: x1 runs from {x1[0]:.3f} to {x1[-1]:.3f}, face at 1.5")
-        good &= bool((numpy.diff(x1)[inertia:] > 0).all() and x1[-1] > 1.5)
+        print(f"{name}: x1 runs from {x1[0]:.3f} to {x1[-1]:.3f}, face at 1")
+        good &= bool((numpy.diff(x1)[inertia:] > 0).all() and x1[-1] > 1)
         shifted = there.copy()
-        shifted[:, 0, 3:6] += (1.5, 1.0, 0.0)
-        shifted[:, 1, 3:6] += (-1.5, 1.0, 0.0)
+        shifted[:, 0, 3:6] += (1.0, 0.5, 0.0)
+        shifted[:, 1, 3:6] += (-1.0, 0.5, 0.0)
         good &= report(f"shifted by half a box, {name}", difference(here, shifted, GROUPS), 1e-8)
     return good
 

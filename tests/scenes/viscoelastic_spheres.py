@@ -36,20 +36,20 @@ def rotation():
     The exact rate in unbounded fluid is 0.4555 at Wi = 0.5, and (7/32) Wi^2 + O(Wi^4) below the Newtonian one; the box takes some 0.0007 off the first and 2 %
     off the second. A wrong sign or place of the stress radius costs 1 % or more, one cut of the cubes instead of four 1.6 % between the two senses of shear.
     """
-    errors = []
+    errors, rates = [], {}
     for resolution, allowed in ((24, 0.025), (32, 0.015), (48, 0.006)):
         omega, _ = turning(resolution, 0.5, 0.05, 4)
+        rates[resolution] = omega[1]
         errors.append(abs(omega[1] / (0.4555 - 0.0007) - 1))
         check(errors[-1] <= allowed, f"Wi = 0.5, 1/h = {resolution}: omega2 {omega[1]:.5f}, {100 * errors[-1]:.2f} % off (allowed {100 * allowed:.1f} %)")
         check(abs(omega[[0, 2]]).max() <= 3e-3, f"  omega1, omega3 up to {abs(omega[[0, 2]]).max():.1e} (allowed 3e-3)")
     check(errors[0] > errors[1] > errors[2], "the errors fall with h")
     other, _ = turning(32, 0.5, 0.05, 4, sign=-1)
-    here, _ = turning(32, 0.5, 0.05, 4)
-    check(abs(other[1] / here[1] - 1) <= 4e-3, f"walls the other way: omega2 {other[1]:.5f} and {here[1]:.5f} (allowed 0.4 % apart)")
+    check(abs(other[1] / rates[32] - 1) <= 4e-3, f"walls the other way: omega2 {other[1]:.5f} and {rates[32]:.5f} (allowed 0.4 % apart)")
     slowing = (turning(48, 0, 0.1, 0.1)[0][1] - turning(48, 0.1, 0.0125, 0.8)[0][1]) / (7 / 32 * 0.01 * 0.98)
     check(abs(slowing - 1) <= 0.07, f"Wi = 0.1, 1/h = 48: slowed down {slowing:.3f} times the exact amount (allowed 7 %)")
     for wi, options in ((5.5, ""), (20, "-polymer_form log")):
-        omega, found = turning(24, wi, 0.05, 20, options)
+        omega, found = turning(24, wi, 0.1, 20, options)
         check(0 < omega[1] < 0.25 and found.polymer["smallest_eigenvalue"] > 0, f"Wi = {wi} {options}: omega2 {omega[1]:.3f} at t = 20, smallest eigenvalue {found.polymer['smallest_eigenvalue']:.1e}")
 
 
@@ -64,22 +64,20 @@ def small_wi():
     """Settling is compared by its velocities: while C is still I the solvent alone holds the sphere, physically."""
     settling = BOX + "-sphere_density 1.5 -gravity -100,0,0 -sphere_centers 0.01,0.02,0.1"
     speed = abs(run(settling + " -ts_max_steps 0").rows[-1, 0, 6])
-    scenes = (("rotation", BOX + "-sphere_centers 0,0,0" + SHEAR, 0.01, 0.2, 0.005, 0.001, False),
-              ("off centre", BOX + "-sphere_centers 0.01,0.02,0.13" + SHEAR, 0.01, 0.2, 0.005, 0.001, False),
-              ("settling", settling, 0.01 * RADIUS / speed, 0.1, 0.002, 0.0005, False),
-              ("pair", PAIR, 0.01, 1.0, 0.05, 0.001, True))
-    for name, scene, wi, end, dt, short, moving in scenes:
+    scenes = (("rotation", BOX + "-sphere_centers 0,0,0" + SHEAR, 0.01, 0.2, 0.005, False),
+              ("off centre", BOX + "-sphere_centers 0.01,0.02,0.13" + SHEAR, 0.01, 0.2, 0.005, False),
+              ("settling", settling, 0.01 * RADIUS / speed, 0.1, 0.002, False),
+              ("pair", PAIR, 0.01, 1.0, 0.05, True))
+    for name, scene, wi, end, dt, moving in scenes:
         newtonian = run(f"{scene} -ts_split_scheme strang -ts_dt {dt} -ts_max_time {end}")
         for form in ("factor", "log"):
             found = run(f"{scene} -ts_split_scheme strang -ts_dt {dt} -ts_max_time {end} -polymer_coupling both_sides -polymer_form {form}" + OLDROYD + repr(wi))
             error = apart(found, newtonian, moving)
             check(error <= 1e-3, f"{name:10} both_sides {form:6} dt = {dt / wi:.2g} lambda1: {100 * error:.3f} % (allowed 0.1 %)")
-        found = run(f"{scene} -ts_split_scheme strang -ts_dt {short} -ts_max_time {end} -polymer_coupling explicit" + OLDROYD + repr(wi))
-        print(f"        {name:10} explicit, dt = {short / wi:.2g} lambda1: {100 * apart(found, newtonian, moving):.2f} %, not asserted", flush=True)
 
 
 def ranks():
-    scene = (PAIR.replace("1e-9", "1e-12").replace("-sphere_inertia 0", "-sphere_inertia 1") + " -sphere_density 3 -ts_dt 0.05 -ts_max_time 0.5 -output_fields_every 1000000"
+    scene = (PAIR.replace("1e-9", "1e-12").replace("-sphere_inertia 0", "-sphere_inertia 1") + " -sphere_density 3 -ts_dt 0.05 -ts_max_time 0.25 -output_fields_every 1000000"
              + OLDROYD + "0.5 ")
     for options in ("-ts_split_scheme lie -polymer_form factor -polymer_coupling explicit -polymer_inside identity", "-ts_split_scheme strang -polymer_form log -polymer_coupling both_sides",
                     "-ts_split_scheme strang -polymer_form factor -polymer_coupling both_sides -polymer_inside extend -polymer_courant 0.1"):
