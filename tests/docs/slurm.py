@@ -17,7 +17,7 @@ import time
 
 ROOT, PROGRAM, MPIRUN = pathlib.Path(sys.argv[1]), sys.argv[2], sys.argv[3:]
 SCENE = "input/pair_two_walls.yaml"
-STEPS = 60
+STEPS = 100  # so many that the run is still on its way, on a busy machine too, when the second signal arrives
 SHORT = ["-grid_resolution", "16", "-ts_dt", "0.01", "-ts_max_steps", str(STEPS), "-checkpoint_every", "1000000"]
 # exec: the job's step is one process, whose id srun leaves for whoever sends signals
 SRUN = """#!/bin/bash

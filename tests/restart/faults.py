@@ -258,9 +258,9 @@ def read_only():
     first_leg("disk/out", FLUID)
     process = start(FLUID + FOREVER + f" -output_fields_every 100000 -checkpoint_every 100 -restart {checkpoint('disk/out')}", "disk/out")
     wait_for_change("disk/out", "fields.h5")
-    for _ in range(100):  # refused while a file is open for writing
-        if subprocess.run(["mount", "-o", "remount,ro", place("disk")], stderr=subprocess.DEVNULL).returncode == 0:
-            break
+    deadline = time.time() + 30
+    while time.time() < deadline and subprocess.run(["mount", "-o", "remount,ro", place("disk")], stderr=subprocess.DEVNULL).returncode:
+        pass  # refused while a file is open for writing
     ends(process, "disk read-only", r"\S+: cannot write \S+ \(Read-only file system\); allowed: a folder that can be written, with space; -restart \S+ goes on from step \d+")
     whole_outputs("disk/out", "whole1f")
     subprocess.run(["mount", "-o", "remount,rw", place("disk")], check=True)

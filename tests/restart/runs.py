@@ -111,10 +111,8 @@ def refusal(what, pattern, options, folder, ranks=1):
 
 
 def wait_for_rows(process, folder, count):
-    path = os.path.join(place(folder), "trajectory.csv")
-    for _ in range(3000):
-        if process.poll() is not None:
-            return
+    path, deadline = os.path.join(place(folder), "trajectory.csv"), time.time() + 120
+    while time.time() < deadline and process.poll() is None:
         if os.path.exists(path):
             with open(path, "rb") as file:
                 if file.read().count(b"\n") > count:
