@@ -12,5 +12,5 @@ dlm_restart(folder faults.py folder)
 dlm_restart(limits faults.py limits)
 dlm_restart(kills faults.py kills 8)
 dlm_restart(many_kills faults.py kills 120)
-set_tests_properties(restart.legs restart.ranks restart.signals restart.disk restart.limits restart.kills restart.many_kills PROPERTIES PROCESSORS 2)
+set_tests_properties(restart.legs restart.ranks PROPERTIES PROCESSORS 2) # the others wait more than they compute
 set_tests_properties(restart.many_kills PROPERTIES LABELS "restart;long")

@@ -4,6 +4,7 @@ foreach(group ranks crossing walls outputs adapt)
   set_tests_properties(scenes.${group} PROPERTIES LABELS scenes PROCESSORS 2 TIMEOUT 900)
 endforeach()
 set_tests_properties(scenes.ranks PROPERTIES PROCESSORS 4)
+set_tests_properties(scenes.walls scenes.adapt PROPERTIES PROCESSORS 1) # one rank, or nearly always
 
 add_test(NAME scenes.solvers COMMAND ${DLM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenes/solvers.py $<TARGET_FILE:dlmfd> ${DLM_MPIRUN})
 set_tests_properties(scenes.solvers PROPERTIES LABELS scenes PROCESSORS 2 TIMEOUT 900)
