@@ -273,20 +273,24 @@ static PetscErrorCode FixScene(void)
   PetscFunctionReturn(0);
 }
 
-/* The rows of src/spheres/cover.c, or those of the given radii. */
+/* The rows of src/spheres/cover.c, or those of the given radii; -pairing_compliance takes the place of the chosen ones. */
 static PetscErrorCode FitTable(Setup *s, PetscInt n_radii, const PetscReal *radii, PetscInt positions)
 {
   static const PetscReal chosen[][2] = { { 1.5, 0.1 }, { 1.9, 0.1 }, { 2.2, 0.1 }, { 2.43, 0.1 }, { 2.68, 0.1 }, { 3.05, 0.1 },
                                          { 3.5, 0.2 }, { 4.1, 0.3 }, { 4.8, 0.45 }, { 5.7, 0.6 }, { 6.75, 0.7 }, { 8.0, 0.85 } }; /* a/h, compliance */
 
+  PetscReal              compliance;
+  PetscBool              given;
+
   PetscFunctionBeginUser;
+  PetscCall(PetscOptionsGetReal(NULL, NULL, "-pairing_compliance", &compliance, &given));
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(chosen); i++) {
     PetscBool wanted = n_radii ? PETSC_FALSE : PETSC_TRUE;
 
     for (PetscInt k = 0; k < n_radii; k++) wanted = wanted || radii[k] == chosen[i][0];
     if (!wanted) continue;
     PetscCall(UseMesh(s, Resolution(chosen[i][0])));
-    PetscCall(Fit(s, chosen[i][0], chosen[i][1], positions));
+    PetscCall(Fit(s, chosen[i][0], given ? compliance : chosen[i][1], positions));
   }
   PetscFunctionReturn(0);
 }
