@@ -38,7 +38,7 @@ PETSC_EXTERN PetscErrorCode DLMLubricationUpdate(DLMLubrication *lubrication, DL
   long for k would make the spheres overlap. Where it is not, the two are moved apart. The same on every rank. Not collective.
 */
 PETSC_EXTERN PetscErrorCode DLMLubricationKeepGaps(DLMLubrication *lubrication, DLMSpheres spheres, const PetscReal *start, PetscReal time);
-/* True if something moves and can touch a wall or another sphere. */
+/* True if a sphere that is free, or fixed to a velocity, can come closer to a wall or another sphere. */
 PETSC_EXTERN PetscBool DLMBodiesCanMeet(const DLMScene *scene);
 
 /* Sets normal, slide, couple and roll from the width; other: radius of j, 0 for a wall; range: a length, from which on they are zero. */

@@ -20,18 +20,12 @@ static PetscReal ForceScale(const DLMScene *scene, const DLMSphereSpec *spec)
          PetscSqrtReal(push) + volume * PetscSqrtReal(pressure);
 }
 
-/* Which bodies of the scene can move, and towards what. */
-static const char *WhyNone(const DLMScene *scene, DLMContact *contact)
+/* Why no body is pushed by another, or NULL. */
+static const char *WhyNone(const DLMScene *scene, const DLMContact *contact)
 {
-  PetscInt free = 0, led = 0, walls = 0;
+  PetscInt free = 0;
 
-  for (int d = 0; d < 3; d++) walls += !scene->box_periodic[d];
-  for (PetscInt i = 0; i < scene->n_spheres; i++) {
-    const DLMSphereSpec *s = &scene->spheres[i];
-    free += s->motion == DLM_MOTION_FREE;
-    led += s->motion == DLM_MOTION_FIXED && (s->velocity[0] != 0.0 || s->velocity[1] != 0.0 || s->velocity[2] != 0.0);
-  }
-  contact->can_meet = (PetscBool)(free + led > 0 && (walls || scene->n_spheres > 1));
+  for (PetscInt i = 0; i < scene->n_spheres; i++) free += scene->spheres[i].motion == DLM_MOTION_FREE;
   if (!free) return "no sphere is free to move";
   if (!contact->can_meet) return "one sphere and no walls";
   if (contact->range == 0.0) return "-contact_range 0";
@@ -58,8 +52,9 @@ PetscErrorCode DLMContactCreate(const DLMScene *scene, PetscBool lubricated, DLM
     contact->stiffness = 0.0;
     for (PetscInt i = 0; i < scene->n_spheres; i++) contact->stiffness = PetscMax(contact->stiffness, 5.0 * ForceScale(scene, &scene->spheres[i]));
   }
-  contact->absent = WhyNone(scene, contact);
-  contact->exists = (PetscBool)!contact->absent;
+  contact->can_meet = DLMBodiesCanMeet(scene);
+  contact->absent   = WhyNone(scene, contact);
+  contact->exists   = (PetscBool)!contact->absent;
   PetscFunctionReturn(0);
 }
 

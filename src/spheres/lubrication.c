@@ -6,7 +6,11 @@ PetscBool DLMBodiesCanMeet(const DLMScene *scene)
   PetscBool walls = PETSC_FALSE, moving = PETSC_FALSE;
 
   for (int d = 0; d < 3; d++) walls = (PetscBool)(walls || !scene->box_periodic[d]);
-  for (PetscInt i = 0; i < scene->n_spheres; i++) moving = (PetscBool)(moving || scene->spheres[i].motion == DLM_MOTION_FREE);
+  for (PetscInt i = 0; i < scene->n_spheres; i++) {
+    const DLMSphereSpec *s   = &scene->spheres[i];
+    const PetscBool      led = (PetscBool)(s->motion == DLM_MOTION_FIXED && (s->velocity[0] != 0.0 || s->velocity[1] != 0.0 || s->velocity[2] != 0.0));
+    moving                   = (PetscBool)(moving || led || s->motion == DLM_MOTION_FREE);
+  }
   return (PetscBool)(moving && (walls || scene->n_spheres > 1));
 }
 

@@ -95,14 +95,15 @@ def needed(summary, words):
     start = [float(v) for v in (given(words, "sphere_velocity") or "0,0,0").split(",")]
     some, free = bool(spheres), any(s["motion"] == "free" for s in spheres)
     polymer = scene["fluid_model"] != "newtonian"
-    meet = free and (walls or len(spheres) > 1)
+    led = any(s["motion"] == "fixed" for s in spheres) and any(start)
+    meet = (free or led) and (walls or len(spheres) > 1)
     adapted = given(words, "ts_adapt_type") == "scene"
     return {
         "grid": True, "Stokes solver": True, "flow": True, "time stepping": True, "work of the steps": True,
         "pressure blocks": sum(scene["box_periodic"]) >= 2,
         "spheres": some, "impulse responses": some, "dense blocks": some, "trajectory": some,
         "lubrication": meet and given(words, "lubrication") != "false" and (not polymer or given(words, "lubrication") == "true"),
-        "contact": meet and scene["contact_range"] > 0 and scene["contact_stiffness"] > 0,
+        "contact": meet and free and scene["contact_range"] > 0 and scene["contact_stiffness"] > 0,
         "motion": any(s["motion"] == "free" or start != frame for s in spheres),
         "inertia": scene["sphere_inertia"] and any(s["motion"] != "fixed" for s in spheres),
         "polymer": polymer, "adapted steps": adapted, "copy of the step": polymer or adapted,

@@ -209,11 +209,13 @@ static void TheSceneDecides(void **state)
     DLMLubricationChoice choice;
     DLMFluidModel        fluid;
     DLMMotion            motion;
+    PetscReal            speed;
     PetscBool            exists;
   } cases[] = {
-    { DLM_LUBRICATION_AUTO, DLM_FLUID_NEWTONIAN, DLM_MOTION_FREE, PETSC_TRUE },   { DLM_LUBRICATION_AUTO, DLM_FLUID_NEWTONIAN, DLM_MOTION_FIXED, PETSC_FALSE },
-    { DLM_LUBRICATION_AUTO, DLM_FLUID_OLDROYD_B, DLM_MOTION_FREE, PETSC_FALSE },  { DLM_LUBRICATION_TRUE, DLM_FLUID_OLDROYD_B, DLM_MOTION_FREE, PETSC_TRUE },
-    { DLM_LUBRICATION_FALSE, DLM_FLUID_NEWTONIAN, DLM_MOTION_FREE, PETSC_FALSE }, { DLM_LUBRICATION_TRUE, DLM_FLUID_NEWTONIAN, DLM_MOTION_FIXED, PETSC_TRUE },
+    { DLM_LUBRICATION_AUTO, DLM_FLUID_NEWTONIAN, DLM_MOTION_FREE, 0.0, PETSC_TRUE },   { DLM_LUBRICATION_AUTO, DLM_FLUID_NEWTONIAN, DLM_MOTION_FIXED, 0.0, PETSC_FALSE },
+    { DLM_LUBRICATION_AUTO, DLM_FLUID_OLDROYD_B, DLM_MOTION_FREE, 0.0, PETSC_FALSE },  { DLM_LUBRICATION_TRUE, DLM_FLUID_OLDROYD_B, DLM_MOTION_FREE, 0.0, PETSC_TRUE },
+    { DLM_LUBRICATION_FALSE, DLM_FLUID_NEWTONIAN, DLM_MOTION_FREE, 0.0, PETSC_FALSE }, { DLM_LUBRICATION_TRUE, DLM_FLUID_NEWTONIAN, DLM_MOTION_FIXED, 0.0, PETSC_TRUE },
+    { DLM_LUBRICATION_AUTO, DLM_FLUID_NEWTONIAN, DLM_MOTION_FIXED, 0.1, PETSC_TRUE },  { DLM_LUBRICATION_AUTO, DLM_FLUID_NEWTONIAN, DLM_MOTION_ROTATE, 0.1, PETSC_FALSE },
   };
 
   for (size_t k = 0; k < sizeof(cases) / sizeof(cases[0]); k++) {
@@ -223,6 +225,7 @@ static void TheSceneDecides(void **state)
     b.scene.lubrication = cases[k].choice;
     b.scene.fluid_model = cases[k].fluid;
     AddSphere(&b, cases[k].motion, 0.3, 0.0, 0.0, 0.0);
+    b.spec[0].velocity[2] = cases[k].speed;
     Call(DLMLubricationCreate(&b.scene, &lubrication));
     assert_int_equal(lubrication.exists, cases[k].exists);
     Call(DLMLubricationDestroy(&lubrication));
