@@ -146,7 +146,7 @@ def disk():
     """Each case: a leg of three steps; then one that is caught by the full disk; then, with space again, the rest."""
     print("disk:", "a small tmpfs" if mounted_here() else "limits on the size of files, since nothing can be mounted here")
     # what the second leg writes, a pattern for the file that fails, ranks
-    cases = (("rows", " -output_every 1", r"trajectory\.csv", 1), ("rows", " -output_every 1", r"trajectory\.csv", 2),
+    cases = (("rows", " -output_every 1", r"(trajectory|bulk)\.csv", 1), ("rows", " -output_every 1", r"(trajectory|bulk)\.csv", 2),
              ("fields", " -output_every 1000000 -output_fields_every 1", r"fields\S*", 1), ("fields", " -output_every 1000000 -output_fields_every 1", r"fields\S*", 2),
              ("a checkpoint", " -output_every 1000000 -checkpoint_every 1", r"checkpoint\.h5", 1))
     for what, options, name, ranks in cases:
@@ -203,7 +203,7 @@ def folder():
     process = start(SCENE + FOREVER + f" -restart {checkpoint('moved')}", "moved")
     wait_for_rows(process, "moved", 20)
     os.rename(place("moved"), place("elsewhere"))
-    ends(process, "folder moved", r"\S+/moved: cannot write \S+/trajectory\.csv \(No such file or directory\); allowed: .*, with space")
+    ends(process, "folder moved", r"\S+/moved: cannot write \S+/(trajectory|bulk)\.csv \(No such file or directory\); allowed: .*, with space")
     whole_rows("elsewhere", "whole1")
     continues("elsewhere", saved)
 
@@ -218,7 +218,7 @@ def folder():
     process = start(SCENE + FOREVER, "shared")
     wait_for_rows(process, "shared", 20)
     run(SCENE + f" -ts_max_steps {STEPS} -checkpoint_every {STEPS} -output_fields_every 1", "shared")
-    ends(process, "folder taken by another run", r"\S+/shared: \S+/trajectory\.csv is not as this run left it; allowed: a folder of its own for each run")
+    ends(process, "folder taken by another run", r"\S+/shared: \S+/(trajectory|bulk)\.csv is not as this run left it; allowed: a folder of its own for each run")
     check(text("shared") == text("whole1"), "  which is not disturbed")
 
     unwritable()
