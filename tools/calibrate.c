@@ -4,7 +4,8 @@
 
     dlmfd_calibrate > docs/calibration.csv                       the table, about a quarter of an hour on one core
     dlmfd_calibrate -radii 3,4.8 -positions 4 -pairing_degree 3  another cover: any key -pairing_... takes the table's place
-    dlmfd_calibrate -fit                                         the rows of src/spheres/cover.c, a few minutes; with -radii, only theirs
+    dlmfd_calibrate -fit                                         the rows of src/spheres/cover.c, a few minutes; with -radii, only theirs;
+                                                                 -pairing_compliance in place of the table's
 
   The box is 2 x 2 x 2, periodic in x1 and x2. A force along x2, a torque about x3 and a shear in the x1-x3 plane act at once; by symmetry
   they do not disturb each other, but the mesh is less symmetric, so none may be much stronger than the others.

@@ -1,7 +1,7 @@
 #include "../../include/private/response.h"
 
 /*
-  Blake (Proc. Camb. Phil. Soc. 70, 1971): what a wall at rest below adds to the velocity v of a unit force along c, in units of 1/(8 pi mu).
+  (B4) Blake (Proc. Camb. Phil. Soc. 70, 1971): what a wall at rest below adds to the velocity v of a unit force along c, in units of 1/(8 pi mu).
   image: from the mirror image of the force; d: height of the force over the wall, which lies across the axis.
 */
 static PetscReal BlakeImage(const PetscReal image[3], PetscReal d, PetscReal blur, int axis, int v, int c)
