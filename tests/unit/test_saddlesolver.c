@@ -120,6 +120,34 @@ static void OneSphereNearAWallTakesSixIterations(void **state)
     }
 }
 
+/* Near a wall a block lasts until the gap has changed by a tenth, away from walls for ever; along the wall it lasts. */
+static void BlocksFollowTheGapToAWall(void **state)
+{
+  const struct {
+    PetscReal along, gap; /* where the sphere goes next */
+    PetscInt  built;
+  } moves[] = { { 0.0, 0.20, 1 }, { 0.5, 0.20, 1 }, { 0.5, 0.21, 1 }, { 0.5, 0.25, 2 }, { 0.5, 0.40, 3 }, { 0.5, 0.60, 3 }, { 0.5, 0.20, 4 } };
+  const PetscReal radius = 0.36;
+  DLMSaddleWork   work;
+  Bodies          b;
+
+  StartCase(PETSC_COMM_WORLD, 24, 1e-6, &b);
+  AddSphere(&b, DLM_MOTION_FREE, radius, 0.0, 0.0, -1.0 + radius + moves[0].gap);
+  Push(&b, 0, 1.0, -2.0, 0.5, 0.1, 0.2, -0.3);
+  OpenCase("", &b);
+  for (size_t k = 0; k < sizeof(moves) / sizeof(moves[0]); k++) {
+    PetscInt built;
+    b.state[0].center[0] = moves[k].along;
+    b.state[0].center[2] = -1.0 + radius + moves[k].gap;
+    Solve(&b, no_inertia);
+    Call(DLMSaddleGetWork(b.saddle, &work));
+    built = work.blocks_built; /* of this rank: the owner's counts */
+    MPI_Allreduce(MPI_IN_PLACE, &built, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD);
+    assert_int_equal(built, moves[k].built);
+  }
+  CloseCase(&b);
+}
+
 /* A force and its image leave no velocity on the wall, whichever axis and side. */
 static void AForceAndItsImageRestOnTheWall(void **state)
 {
@@ -234,6 +262,7 @@ static const struct CMUnitTest tests[] = {
   cmocka_unit_test(MigrationKeepsTheWarmStart),
   cmocka_unit_test(OneSphereTakesSixIterations),
   cmocka_unit_test(OneSphereNearAWallTakesSixIterations),
+  cmocka_unit_test(BlocksFollowTheGapToAWall),
   cmocka_unit_test(AForceAndItsImageRestOnTheWall),
   cmocka_unit_test(TwoSpheresTakeTwelveIterations),
   cmocka_unit_test(TwentySpheresTakeTwentyIterations),
