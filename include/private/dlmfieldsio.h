@@ -1,15 +1,14 @@
 /*
-  Field output for ParaView, VisIt and h5py: one HDF5 file per output, which is never touched again once it is there, and two small files that tie them.
+  Field output for ParaView, VisIt and h5py: one HDF5 file, which grows by each output and is whole at every moment (appendfile.h), and its XDMF text.
 
-    dir/fields/step_0000010.h5   /FIELD        float64 [n3][n2][n1] or [n3][n2][n1][dof], attribute mesh
-                                 /POINTS       id int32 [n], then the positions float64 [n][3], then float64 or int32 [n] or [n][3]
-                                 /meshes/NAME  attributes nodes, periodic, origin, spacing
-                                 attributes step, time; before the HDF5 data, as text, the output's part of fields.xmf
-    dir/fields.h5                links: /step_0000010 to each output, /meshes to those of the last
-    dir/fields.xmf               XDMF 3; both are made anew after each output
+    dir/fields.h5    /step_0000010/FIELD   float64 [n3][n2][n1] or [n3][n2][n1][dof], attribute mesh
+                     /step_0000010/POINTS  id int32 [n], then the positions float64 [n][3], then float64 or int32 [n] or [n][3]
+                     /step_0000010         attributes step, time, xdmf: the output's part of fields.xmf
+                     /meshes/NAME          attributes nodes, periodic, origin, spacing
+    dir/fields.xmf   XDMF 3; made anew after each output, under a temporary name, then renamed (wholefile.h)
 
-  Each of them is written under a temporary name, then renamed (wholefile.h): after a kill or on a full disk the output that was being written is absent, and
-  all before it are whole. Rank 0 gathers an output in memory, twice its size, and writes it; the run's other files show the same order.
+  After a kill or on a full disk the output that was being written is absent, and all before it are whole. Rank 0 gathers one field at a time; the run's
+  other files show the same order.
 
   A periodic axis has as many nodes as cells. The file repeats its first plane at the end, n = nodes + 1, so that the picture is closed; readers that want
   each node once drop the last plane of the axes marked periodic.
@@ -18,7 +17,7 @@
 #define DLMFIELDSIO_H
 
 #include <petscdmda.h>
-#include <hdf5.h>
+#include "appendfile.h"
 
 typedef struct _p_DLMFieldFile *DLMFieldFile;
 
@@ -26,7 +25,7 @@ typedef struct _p_DLMFieldFile *DLMFieldFile;
   DLMFieldFileCreate - starts the field output of a run in the existing folder dir. Collective.
 
   keep_through < 0: the outputs of an earlier run are removed. keep_through >= 0 (restart): those up to and including this step stay. Raises a user error if
-  the files cannot be written, or one of those that stay cannot be read.
+  the files cannot be written, or fields.h5 is damaged.
 */
 PETSC_EXTERN PetscErrorCode DLMFieldFileCreate(MPI_Comm comm, const char *dir, PetscInt keep_through, DLMFieldFile *file);
 /*
@@ -54,7 +53,11 @@ typedef struct {
 
 /* Writes a set of n points with ids from 0; the first array is their positions. Nothing if n = 0. Rank 0's arguments count. */
 PETSC_EXTERN PetscErrorCode DLMFieldFileWritePoints(DLMFieldFile file, const char *name, PetscInt n, PetscInt n_arrays, const DLMPointArray *arrays);
-/* Brings the output, fields.h5 and fields.xmf to the disk. Collective. *failed: 0 or errno, and then path names the file that could not be written. */
+/*
+  DLMFieldFileEndStep - brings the output and fields.xmf to the disk. Collective.
+
+  *failed, on all ranks: 0, errno or DLM_FILE_CHANGED, and then path, of rank 0, names the file; fields.h5 is what it was, unless that is fields.xmf.
+*/
 PETSC_EXTERN PetscErrorCode DLMFieldFileEndStep(DLMFieldFile file, int *failed, char path[PETSC_MAX_PATH_LEN]);
 PETSC_EXTERN PetscErrorCode DLMFieldFileDestroy(DLMFieldFile *file);
 
@@ -95,8 +98,10 @@ struct _p_DLMFieldFile {
   DLMFieldMesh  meshes[DLM_FIELD_MOST];
   PetscInt      n_steps; /* rank 0, ascending, like the next */
   DLMFieldStep *steps;
+  DLMAppendFile append;  /* rank 0 */
   /* the output that is open */
-  hid_t         h5; /* rank 0 */
+  hid_t         h5, group; /* rank 0, like the next */
+  int           failed;    /* why it is not: then nothing is written */
   PetscInt      step;
   PetscReal     time;
   PetscInt       n_fields, n_sets; /* sets: of rank 0 */
@@ -105,19 +110,16 @@ struct _p_DLMFieldFile {
 };
 
 #define DLM_STEP_NAME "step_%07" PetscInt_FMT
+#define DLM_XDMF_NAME "xdmf"
 
 #define H5_REAL (sizeof(PetscReal) == 8 ? H5T_NATIVE_DOUBLE : H5T_NATIVE_FLOAT)
 #define H5_INT (sizeof(PetscInt) == 8 ? H5T_NATIVE_INT64 : H5T_NATIVE_INT32)
 
-/* hdf5_catalog.c; all of rank 0, which finds what is there already; steps after keep_through are left out. Writes what is wrong to problem. */
-PETSC_INTERN PetscErrorCode DLMFieldFileReadCatalog(DLMFieldFile file, PetscInt keep_through, char problem[], size_t size);
-/* Removes what the table of steps does not know: the outputs of an earlier run, unfinished files. */
-PETSC_INTERN PetscErrorCode DLMFieldFileSweep(DLMFieldFile file);
-/* What stands before the n_image bytes of HDF5 in an output, a power of two long; to be freed with PetscFree. A restart reads this much of it. */
-PETSC_INTERN PetscErrorCode DLMFieldFileMakeHead(const char *xdmf, size_t n_image, char **head, size_t *n);
+/* hdf5_catalog.c; all of rank 0. Finds what fields.h5, which is open, holds already and removes the steps after keep_through. *whole: all could be read. */
+PETSC_INTERN PetscErrorCode DLMFieldFileReadCatalog(DLMFieldFile file, PetscInt keep_through, PetscBool *whole);
 /* Adds a step to the table, or replaces it and those after it; takes xdmf. */
 PETSC_INTERN PetscErrorCode DLMFieldFileAddStep(DLMFieldFile file, PetscInt step, char *xdmf);
-/* Writes fields.h5 and fields.xmf from the table of steps. *failed and path as in DLMFieldFileEndStep. */
+/* Writes fields.xmf from the table of steps. *failed and path as in DLMFieldFileEndStep. */
 PETSC_INTERN PetscErrorCode DLMFieldFileWriteIndex(DLMFieldFile file, int *failed, char path[PETSC_MAX_PATH_LEN]);
 /* xdmf.c: the part of the open output, malloc'ed, NULL if there is no memory; the whole of fields.xmf to out */
 PETSC_INTERN char *DLMFieldFileXdmfOfStep(DLMFieldFile file);

@@ -3,6 +3,7 @@
 
 #include "csv.h"
 #include "simimpl.h"
+#include "wholefile.h"
 
 enum { DLM_STEP_PARTS = DLM_SPLIT_VERBS + DLM_PART_WORK - DLM_PART_TRAJECTORY }; /* sub-steps and outputs */
 
@@ -19,10 +20,7 @@ struct _p_DLMOutput {
   PetscReal      part_seconds[DLM_STEP_PARTS]; /* spent in the parts of the steps until then */
 };
 
-/* What DLMOutputRequire takes beside errno: the file is not as this run left it; it has other columns than this version writes. */
-enum { DLM_FILE_CHANGED = -1, DLM_FILE_COLUMNS = -2 };
-
-/* Ends the run with one line if rank 0 could not write the file path; failed, of rank 0: 0, errno or one of these. Collective. */
+/* Ends the run with one line if rank 0 could not write the file path; failed, of rank 0: 0, errno or one of wholefile.h. Collective. */
 PETSC_INTERN PetscErrorCode DLMOutputRequire(DLMSimulation sim, int failed, const char *path);
 /* Open: a run that goes on keeps what the files hold up to its first step. */
 PETSC_INTERN PetscErrorCode DLMTrajectoryOpen(DLMOutput output);

@@ -1,10 +1,8 @@
-/* Field output: makes an output in memory, on rank 0, and brings it to the disk. See dlmfieldsio.h for the layout. */
+/* Field output: rank 0 gathers field by field and adds them to fields.h5. See dlmfieldsio.h for the layout. */
 #include <errno.h>
-#include <sys/stat.h>
 #include "../../include/dlmscene.h"
 #include "../../include/private/dlmfieldsio.h"
 #include "../../include/private/natural.h"
-#include "../../include/private/wholefile.h"
 
 /* What is wrong, from rank 0 to all: nothing, or a user error. */
 static PetscErrorCode Agree(DLMFieldFile file, char problem[2 * PETSC_MAX_PATH_LEN])
@@ -15,22 +13,27 @@ static PetscErrorCode Agree(DLMFieldFile file, char problem[2 * PETSC_MAX_PATH_L
   PetscFunctionReturn(0);
 }
 
-/* The folder as this run finds it; rank 0. */
+/* The folder as this run finds it; rank 0. fields.xmf loses what goes before fields.h5 does. */
 static PetscErrorCode TakeOver(DLMFieldFile file, PetscInt keep_through, char problem[], size_t size)
 {
-  char path[PETSC_MAX_PATH_LEN];
-  int  failed;
+  char      path[PETSC_MAX_PATH_LEN];
+  PetscBool whole  = PETSC_TRUE;
+  int       failed = ENOENT;
 
   PetscFunctionBegin;
-  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/fields", file->dir));
-  failed = mkdir(path, 0777) && errno != EEXIST ? errno : 0;
-  if (!failed) {
-    PetscCall(DLMFieldFileReadCatalog(file, keep_through, problem, size));
-    if (problem[0]) PetscFunctionReturn(0);
-    PetscCall(DLMFieldFileWriteIndex(file, &failed, path));
-  }
-  if (failed) PetscCall(PetscSNPrintf(problem, size, "-output_dir %s: cannot write %s (%s); allowed: a folder that can be written, with space", file->dir, path, strerror(failed)));
-  else PetscCall(DLMFieldFileSweep(file));
+  PetscCall(PetscSNPrintf(path, sizeof(path), "%s/fields.h5", file->dir));
+  PetscCall(PetscStrncpy(file->append.path, path, sizeof(file->append.path)));
+  if (keep_through >= 0) PetscCall(DLMAppendOpen(&file->append, &file->h5, &failed));
+  if (file->h5 >= 0) PetscCall(DLMFieldFileReadCatalog(file, keep_through, &whole));
+  if (!whole) failed = DLM_FILE_DAMAGED;
+  if (!failed || failed == ENOENT) PetscCall(DLMFieldFileWriteIndex(file, &failed, path));
+  if (!failed) PetscCall(PetscStrncpy(path, file->append.path, sizeof(path)));
+  if (file->h5 >= 0) {
+    file->append.failed = failed; /* then nothing is written */
+    PetscCall(DLMAppendClose(&file->append, &file->h5, &failed));
+  } else if (!failed) PetscCall(DLMAppendCreate(&file->append, &failed));
+  if (failed == DLM_FILE_DAMAGED) PetscCall(PetscSNPrintf(problem, size, "%s is damaged, and -restart goes on in it; allowed: a whole file, or none: move this one away", path));
+  else if (failed) PetscCall(PetscSNPrintf(problem, size, "-output_dir %s: cannot write %s (%s); allowed: a folder that can be written, with space", file->dir, path, strerror(failed)));
   PetscFunctionReturn(0);
 }
 
@@ -55,6 +58,7 @@ PetscErrorCode DLMFieldFileDestroy(DLMFieldFile *file)
 {
   PetscFunctionBeginUser;
   if (!*file) PetscFunctionReturn(0);
+  PetscCall(DLMAppendFinish(&(*file)->append));
   for (PetscInt s = 0; s < (*file)->n_steps; s++) free((*file)->steps[s].xdmf);
   free((*file)->steps);
   PetscCall(PetscFree(*file));
@@ -92,11 +96,15 @@ static PetscErrorCode PutAttribute(hid_t object, const char *name, hid_t type, h
   PetscFunctionReturn(0);
 }
 
+/* With the first output. */
 static PetscErrorCode PutMeshes(DLMFieldFile file)
 {
-  hid_t meshes, group;
+  htri_t there;
+  hid_t  meshes, group;
 
   PetscFunctionBegin;
+  H5Get(there, H5Lexists(file->h5, "meshes", H5P_DEFAULT));
+  if (there) PetscFunctionReturn(0);
   PetscCall(DLMImageNewGroup(file->h5, "meshes", &meshes));
   for (const DLMFieldMesh *mesh = file->meshes; mesh < file->meshes + file->n_meshes; mesh++) {
     PetscCall(DLMImageNewGroup(meshes, mesh->name, &group));
@@ -112,15 +120,50 @@ static PetscErrorCode PutMeshes(DLMFieldFile file)
 
 PetscErrorCode DLMFieldFileBeginStep(DLMFieldFile file, PetscInt step, PetscReal time)
 {
+  char   name[64];
+  htri_t there;
+
   PetscFunctionBeginUser;
   file->step     = step;
   file->time     = time;
   file->n_fields = file->n_sets = 0;
   if (file->rank) PetscFunctionReturn(0);
-  PetscCall(DLMImageCreate(&file->h5));
-  PetscCall(PutAttribute(file->h5, "step", H5_INT, 1, &step));
-  PetscCall(PutAttribute(file->h5, "time", H5_REAL, 1, &time));
+  PetscCall(DLMAppendOpen(&file->append, &file->h5, &file->failed));
+  if (file->failed) PetscFunctionReturn(0);
   PetscCall(PutMeshes(file));
+  PetscCall(PetscSNPrintf(name, sizeof(name), DLM_STEP_NAME, step));
+  H5Get(there, H5Lexists(file->h5, name, H5P_DEFAULT));
+  if (there) H5Do(H5Ldelete(file->h5, name, H5P_DEFAULT));
+  PetscCall(DLMImageNewGroup(file->h5, name, &file->group));
+  PetscCall(PutAttribute(file->group, "step", H5_INT, 1, &step));
+  PetscCall(PutAttribute(file->group, "time", H5_REAL, 1, &time));
+  PetscFunctionReturn(0);
+}
+
+/* Rank 0. */
+static PetscErrorCode EndStep(DLMFieldFile file, int *failed, char path[PETSC_MAX_PATH_LEN])
+{
+  char *xdmf;
+  hid_t type;
+
+  PetscFunctionBegin;
+  PetscCall(PetscStrncpy(path, file->append.path, PETSC_MAX_PATH_LEN));
+  *failed = file->failed;
+  if (*failed) PetscFunctionReturn(0);
+  xdmf = DLMFieldFileXdmfOfStep(file);
+  PetscCheck(xdmf, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the text of fields.xmf");
+  H5Get(type, H5Tcopy(H5T_C_S1));
+  H5Do(H5Tset_size(type, strlen(xdmf) + 1));
+  PetscCall(PutAttribute(file->group, DLM_XDMF_NAME, type, 1, xdmf));
+  H5Do(H5Tclose(type));
+  H5Do(H5Gclose(file->group));
+  PetscCall(DLMAppendClose(&file->append, &file->h5, failed));
+  if (*failed) {
+    free(xdmf);
+    PetscFunctionReturn(0);
+  }
+  PetscCall(DLMFieldFileAddStep(file, file->step, xdmf));
+  PetscCall(DLMFieldFileWriteIndex(file, failed, path));
   PetscFunctionReturn(0);
 }
 
@@ -128,22 +171,7 @@ PetscErrorCode DLMFieldFileEndStep(DLMFieldFile file, int *failed, char path[PET
 {
   PetscFunctionBeginUser;
   *failed = 0;
-  if (file->rank == 0) {
-    char  *xdmf = DLMFieldFileXdmfOfStep(file), *head;
-    void  *image;
-    size_t n, n_head;
-    PetscCheck(xdmf, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the text of fields.xmf");
-    PetscCall(DLMImageGetBytes(file->h5, &image, &n));
-    H5Do(H5Fclose(file->h5));
-    file->h5 = -1;
-    PetscCall(PetscSNPrintf(path, PETSC_MAX_PATH_LEN, "%s/fields/" DLM_STEP_NAME ".h5", file->dir, file->step));
-    PetscCall(DLMFieldFileMakeHead(xdmf, n, &head, &n_head));
-    *failed = DLMFileReplace(path, head, n_head, image, n);
-    PetscCall(PetscFree(head));
-    PetscCall(PetscFree(image));
-    PetscCall(DLMFieldFileAddStep(file, file->step, xdmf));
-    if (!*failed) PetscCall(DLMFieldFileWriteIndex(file, failed, path));
-  }
+  if (file->rank == 0) PetscCall(EndStep(file, failed, path));
   PetscCallMPI(MPI_Bcast(failed, 1, MPI_INT, 0, file->comm));
   PetscFunctionReturn(0);
 }
@@ -178,7 +206,7 @@ static PetscErrorCode WriteClosed(DLMFieldFile file, const DLMFieldMesh *mesh, c
   }
   H5Get(memory, H5Screate_simple(n_dims, open, NULL));
   H5Get(space, H5Screate_simple(n_dims, closed, NULL));
-  H5Get(data, H5Dcreate2(file->h5, name, H5_REAL, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  H5Get(data, H5Dcreate2(file->group, name, H5_REAL, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
   H5Get(type, H5Tcopy(H5T_C_S1));
   H5Do(H5Tset_size(type, DLM_FIELD_NAME));
   PetscCall(PutAttribute(data, "mesh", type, 1, mesh->name));
@@ -228,7 +256,7 @@ PetscErrorCode DLMFieldFileWriteVec(DLMFieldFile file, const char *mesh_name, co
   PetscCall(DLMNaturalCreate(da, &natural));
   PetscCall(DLMNaturalGather(&natural, v));
   PetscCall(VecGetArrayRead(natural.all, &x));
-  if (file->rank == 0) PetscCall(WriteClosed(file, &file->meshes[field->mesh], name, field->dof, x));
+  if (file->rank == 0 && !file->failed) PetscCall(WriteClosed(file, &file->meshes[field->mesh], name, field->dof, x));
   PetscCall(VecRestoreArrayRead(natural.all, &x));
   PetscCall(DLMNaturalDestroy(&natural));
   PetscFunctionReturn(0);
@@ -256,7 +284,7 @@ PetscErrorCode DLMFieldFileWritePoints(DLMFieldFile file, const char *name, Pets
   int            *id;
 
   PetscFunctionBeginUser;
-  if (file->rank || !n) PetscFunctionReturn(0);
+  if (file->rank || file->failed || !n) PetscFunctionReturn(0);
   PetscCheck(file->n_sets < DLM_FIELD_MOST && n_arrays <= DLM_FIELD_MOST, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "At most %d sets of points, and arrays of a set", DLM_FIELD_MOST);
   file->n_sets++;
   set->n        = n;
@@ -264,7 +292,7 @@ PetscErrorCode DLMFieldFileWritePoints(DLMFieldFile file, const char *name, Pets
   PetscCall(PetscStrncpy(set->name, name, DLM_FIELD_NAME));
   PetscCall(PetscMalloc1(n, &id));
   for (PetscInt i = 0; i < n; i++) id[i] = (int)i;
-  PetscCall(DLMImageNewGroup(file->h5, name, &group));
+  PetscCall(DLMImageNewGroup(file->group, name, &group));
   PetscCall(WriteArray(group, n, &(DLMPointArray){ "id", 0, id }));
   for (PetscInt k = 0; k < n_arrays; k++) {
     PetscCall(WriteArray(group, n, &arrays[k]));

@@ -30,22 +30,35 @@ static void FlushFolderOf(const char *path)
   close(fd);
 }
 
-int DLMFileReplace(const char *path, const void *head, size_t n_head, const void *body, size_t n_body)
+int DLMFileBegin(const char *path)
 {
   char fresh[PETSC_MAX_PATH_LEN + 8];
-  int  failed, fd;
 
   snprintf(fresh, sizeof(fresh), "%s.new", path);
-  fd = open(fresh, O_WRONLY | O_CREAT | O_TRUNC, 0666);
-  if (fd < 0) return errno;
-  failed = DLMFileWrite(fd, head, n_head);
-  if (!failed) failed = DLMFileWrite(fd, body, n_body);
+  return open(fresh, O_RDWR | O_CREAT | O_TRUNC, 0666);
+}
+
+int DLMFileFinish(const char *path, int fd, int failed)
+{
+  char fresh[PETSC_MAX_PATH_LEN + 8];
+
+  snprintf(fresh, sizeof(fresh), "%s.new", path);
   if (!failed && fsync(fd)) failed = errno;
   if (close(fd) && !failed) failed = errno;
   if (!failed && rename(fresh, path)) failed = errno;
   if (failed) unlink(fresh);
   else FlushFolderOf(path);
   return failed;
+}
+
+int DLMFileReplace(const char *path, const void *head, size_t n_head, const void *body, size_t n_body)
+{
+  int failed, fd = DLMFileBegin(path);
+
+  if (fd < 0) return errno;
+  failed = DLMFileWrite(fd, head, n_head);
+  if (!failed) failed = DLMFileWrite(fd, body, n_body);
+  return DLMFileFinish(path, fd, failed);
 }
 
 uint64_t DLMFileCRC(uint64_t crc, const void *bytes, size_t n)

@@ -12,7 +12,7 @@
 _Static_assert(sizeof(PetscReal) == 8, "fields.xmf says 8-byte numbers");
 #define H5_FLOAT "NumberType=\"Float\" Precision=\"8\" Format=\"HDF\""
 #define H5_INTEGER "NumberType=\"Int\" Precision=\"4\" Format=\"HDF\""
-#define IN_FILE "fields/" DLM_STEP_NAME ".h5:"
+#define IN_FILE "fields.h5:/" DLM_STEP_NAME
 
 static const char *AttributeType(PetscInt dof)
 {

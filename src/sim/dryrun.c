@@ -106,7 +106,7 @@ static PetscErrorCode ViewDisk(DLMSimulation sim, const Files *files)
 {
   const MPI_Comm  comm      = sim->scene->comm;
   const PetscReal bytes[]   = { files->trajectory, files->bulk, files->fields, files->checkpoint };
-  static const char *const names[] = { "trajectory.csv", "bulk.csv", "fields", "checkpoint.h5" };
+  static const char *const names[] = { "trajectory.csv", "bulk.csv", "fields.h5", "checkpoint.h5" };
   char            all[32], room[32], one[32];
 
   PetscFunctionBegin;

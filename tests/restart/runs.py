@@ -70,7 +70,7 @@ def rows(folder):
 
 
 def fields(folder, name="fields.h5"):
-    """All numbers of an HDF5 file by name, behind links too."""
+    """All numbers of an HDF5 file by name."""
     found = {}
 
     def visit(item, path):

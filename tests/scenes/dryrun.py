@@ -87,7 +87,7 @@ def check_disk(foretold, folder):
     """Bytes of all the run's files of a kind, foretold and found."""
     said = re.search(r"^disk .*", foretold, re.MULTILINE)[0]
     texts = []
-    for name, files in (("trajectory.csv", "trajectory.csv"), ("bulk.csv", "bulk.csv"), ("fields", "fields/*.h5"), ("checkpoint.h5", "checkpoint.h5")):
+    for name, files in (("trajectory.csv", "trajectory.csv"), ("bulk.csv", "bulk.csv"), ("fields.h5", "fields.h5"), ("checkpoint.h5", "checkpoint.h5")):
         match, sizes = re.search(rf"{re.escape(name)} ([\d.e+]+) (\w+)", said), [os.path.getsize(path) for path in glob.glob(os.path.join(folder, files))]
         require(bool(sizes) == bool(match), f"{name}: {len(sizes)} files, {said}")
         if not match:

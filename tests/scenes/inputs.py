@@ -117,7 +117,7 @@ def check_files(launch, path, folder):
     require(len(rows) == spheres * (STEPS + 1), f"trajectory.csv: {len(rows)} rows for {spheres} spheres, {STEPS} steps")
     scene = summary["scene"]
     sheared = scene["box_periodic"] == [True, True, False] and scene["wall_velocity_lower"] != scene["wall_velocity_upper"]
-    expected = ["bulk.csv"] * sheared + ["fields", "fields.h5", "fields.xmf", "summary.json"] + ["trajectory.csv"] * (spheres > 0)
+    expected = ["bulk.csv"] * sheared + ["fields.h5", "fields.xmf", "summary.json"] + ["trajectory.csv"] * (spheres > 0)
     require(sorted(os.listdir(folder)) == expected,
             f"unexpected files: {sorted(os.listdir(folder))}")
 
