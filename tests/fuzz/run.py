@@ -128,7 +128,8 @@ def through_library(driver, mpirun, folder, fed):
 def through_program(program, mpirun, folder, fed, chosen):
     def one(place_in_list):
         number = chosen[place_in_list]
-        return number, run_program(program, mpirun, folder, number, fed[number], 2 if place_in_list % 5 == 0 else 1)
+        several = place_in_list % 5 == 0 and ":" not in fed[number].arguments  # which mpirun takes for itself
+        return number, run_program(program, mpirun, folder, number, fed[number], 2 if several else 1)
 
     with ThreadPoolExecutor(max_workers=2) as workers:
         for number, (code, lines, left) in workers.map(one, range(len(chosen))):

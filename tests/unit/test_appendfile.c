@@ -241,6 +241,61 @@ static void IsWhatItWasWhereACallFails(void **state)
   assert_true(failures > 100);
 }
 
+/* A run that lives on after a write that failed, as a full disk has room again: nothing of the failed session comes back. */
+static void ForgetsWhatFailed(void **state)
+{
+  DLMAppendFile file;
+
+  for (int call = 1; call < 4; call++) {
+    MakeFile(&file);
+    assert_int_equal(Session(&file, 0, 20), 0);
+    mode  = FAIL;
+    calls = 0;
+    at    = call;
+    assert_int_equal(Session(&file, 20, 25), ENOSPC);
+    assert_int_equal(CountGroups(), 20);
+    assert_int_equal(Session(&file, 20, 21), 0);
+    assert_int_equal(CountGroups(), 21);
+  }
+}
+
+/* Changes that belong to another file, or are damaged, are not made. */
+static void KnowsWhatIsAboutTheFile(void **state)
+{
+  DLMAppendFile file;
+  char          bytes[1 << 16];
+  size_t        n;
+
+  for (int k = 0; k < 2; k++) {
+    hid_t reader;
+    FILE *f;
+    MakeFile(&file);
+    assert_int_equal(Session(&file, 0, 12), 0);
+    reader = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+    assert_int_equal(Session(&file, 12, 13), 0); /* waits */
+    H5Fclose(reader);
+    f = fopen(redo, "rb");
+    assert_non_null(f);
+    n = fread(bytes, 1, sizeof(bytes), f);
+    fclose(f);
+    bytes[n / 2] ^= k;
+    NewRun(&file);
+    if (!k) {
+      MakeFile(&file);
+      assert_int_equal(Session(&file, 0, 5), 0);
+      NewRun(&file);
+    }
+    f = fopen(redo, "wb");
+    assert_int_equal(fwrite(bytes, 1, n, f), n);
+    fclose(f);
+    assert_int_equal(Session(&file, 0, 0), 0);
+    assert_int_equal(CountGroups(), k ? 12 : 5);
+    assert_int_equal(Session(&file, CountGroups(), 14), 0);
+    assert_int_equal(CountGroups(), 14);
+    assert_int_equal(access(redo, F_OK), -1);
+  }
+}
+
 /* While another program reads, the file stays as it is: what is added waits, over a kill too; the end of the run does not wait for ever. */
 static void WaitsForReaders(void **state)
 {
@@ -299,6 +354,8 @@ int main(int argc, char **argv)
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(SurvivesAKillAtEveryCall),
       cmocka_unit_test(IsWhatItWasWhereACallFails),
+      cmocka_unit_test(ForgetsWhatFailed),
+      cmocka_unit_test(KnowsWhatIsAboutTheFile),
       cmocka_unit_test(WaitsForReaders),
       cmocka_unit_test(GivesRemovedGroupsBack),
   };

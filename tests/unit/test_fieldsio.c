@@ -416,7 +416,14 @@ int main(int argc, char **argv)
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
   snprintf(dir, sizeof(dir), "fieldsio_%d", ranks);
-  if (rank == 0) mkdir(dir, 0777);
+  if (rank == 0) {
+    char way[128];
+    mkdir(dir, 0777);
+    InDir("fields.xmf.new", way); /* that a run of these tests left, if it was stopped */
+    rmdir(way);
+    InDir("fields.h5.redo.new", way);
+    rmdir(way);
+  }
   MPI_Barrier(PETSC_COMM_WORLD);
   failed = cmocka_run_group_tests(tests, NULL, NULL);
   return PetscFinalize() || failed;
