@@ -4,7 +4,7 @@ foreach(group startup poiseuille mode carreau)
   set_tests_properties(viscoelastic.${group} PROPERTIES LABELS verification TIMEOUT 900)
 endforeach()
 
-foreach(group rotation small_wi ranks symmetry health)
+foreach(group rotation small_wi start ranks symmetry health)
   add_test(NAME viscoelastic.${group} COMMAND ${DLM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/scenes/viscoelastic_spheres.py ${group} $<TARGET_FILE:dlmfd> ${DLM_MPIRUN})
   set_tests_properties(viscoelastic.${group} PROPERTIES LABELS scenes TIMEOUT 900)
 endforeach()

@@ -10,10 +10,10 @@ typedef struct {
 } DLMLag;
 
 /*
-  Are all roots of the step of one flow mode smaller than radius? polymer_part: eta/eta1; seen: the part of the mode that the projected gradient sees;
-  decay = 1 - exp(-dt/lambda1); stiffness: by how much stretched polymer answers more than polymer at rest.
+  Are all roots of the step of one flow mode smaller than radius? In units of the implicit viscosity mu_i, velocity_part: mu_i - mu; stress_part: eta times by
+  how much stretched polymer answers more than polymer at rest; seen: the part of the mode that the projected gradient sees; decay = 1 - exp(-dt/lambda1).
 */
-int DLMLagDamps(double polymer_part, double stiffness, double seen, double decay, DLMLag lag, double radius);
-/* The largest weights, up to second order's, that damp every mode with a margin; step = dt/lambda1. */
-DLMLag DLMLagChoose(double polymer_part, double stiffness, double step);
+int DLMLagDamps(double velocity_part, double stress_part, double seen, double decay, DLMLag lag, double radius);
+/* The largest weights, up to second order's, that damp every mode with a margin; stress_part: of polymer at rest; stiffness: that of stretched polymer over it; step = dt/lambda1. */
+DLMLag DLMLagChoose(double velocity_part, double stress_part, double stiffness, double step);
 #endif

@@ -51,6 +51,7 @@ struct _p_DLMPolymer {
   PetscInt           n_near, near_capacity;
   DLMNearNode       *near;
   double            *inside_stress; /* 6 per sphere: DLMPolymerGetInsideStress */
+  PetscReal          implicit_viscosity, growing; /* of the operator that the next force belongs to; part of the polymer's viscosity that grows within a step */
   PetscReal          stress_offset; /* the stress counts from a + stress_offset h on; 0: everywhere, inside the spheres too */
   int                mirror;  /* which of the four ways to cut the cubes the last advection took */
   PetscInt           n_velocities; /* how many of the gradients in the two buffers are known */

@@ -67,6 +67,7 @@ struct _p_DLMSaddle {
   PetscBool       uzawa;          /* velocity | (pressure, bodies) instead of fluid | bodies */
   KSP             bodies_ksp;     /* borrowed from ksp */
   PetscReal       rtol;           /* of the bodies' solve */
+  PetscReal       viscosity;      /* of the fluid over that of the Stokes operator (B10) */
   Vec             lumped_mass;    /* Uzawa: -pressure mass / mu */
   KSP             ksp;            /* NULL before the first solve and after a change of layout */
   Mat             coupling, bodies; /* C = -J^T Q, E */
@@ -135,6 +136,11 @@ PETSC_INTERN void DLMSaddleWallFriction(DLMSaddle saddle, int axis, DLMWallMomen
 /* Adds friction to force, torque and stresslet of all spheres, the same on every rank. Not collective. */
 PETSC_INTERN void DLMSaddleShareFriction(DLMSaddle saddle);
 
+/*
+  Pressure and multipliers times a factor. Between solves they are stresses; within one they are divided by the ratio of the viscosities, as is all else that is a
+  force, and the operator is that of the Stokes object (B10). Collective.
+*/
+PETSC_INTERN PetscErrorCode DLMSaddleScaleStress(DLMSaddle saddle, PetscReal factor);
 /* M and I of sphere i times weight, per rigid component; 1 for a held component. */
 PETSC_INTERN void DLMRigidMass(const DLMScene *scene, PetscInt i, PetscReal weight, PetscReal mass[6]);
 static inline PetscBool DLMRigidHeld(const DLMScene *scene, PetscInt i, int c)

@@ -81,6 +81,7 @@ struct _p_DLMSimulation {
   DLMContact      contact;
   DLMLubrication  lubrication; /* for the moves of the centres; the saddle keeps its own */
   PetscBool       flowing;  /* a velocity has been solved for */
+  PetscReal       implicit_viscosity; /* of the last solve (V3) */
   DLMPolymer      polymer;  /* NULL in Newtonian fluid, like what follows */
   Vec             body_force; /* of the polymer's stress */
   DLMPolymerHealth health, worst; /* of the last step; smallest eigenvalue, largest trace and courant number of the run so far */

@@ -38,6 +38,8 @@ PETSC_INTERN PetscErrorCode DLMStokesBuildDivergence(DLMStokes stokes);
 PETSC_INTERN PetscErrorCode DLMStokesBuildViscous(DLMStokes stokes, PetscBool assemble);
 PETSC_INTERN PetscErrorCode DLMStokesBuildPressureMass(DLMStokes stokes);
 PETSC_INTERN PetscErrorCode DLMStokesBuildWallForce(DLMStokes stokes, const DLMScene *scene);
+/* f -= factor h^3 gradient at the owned velocity nodes off the walls: that of the scene is part of wall_force. Not collective. */
+PETSC_INTERN void DLMStokesAddPressureGradient(DLMStokes stokes, const PetscReal gradient[3], PetscReal factor, PetscScalar *f);
 /* The stokes object that a matrix belongs to; error if none. */
 PETSC_INTERN PetscErrorCode DLMStokesFromMat(Mat mat, DLMStokes *stokes);
 PETSC_INTERN PetscErrorCode DLMStokesAttach(DLMStokes stokes, Mat mat);

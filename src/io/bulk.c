@@ -88,7 +88,7 @@ static PetscErrorCode WallExcess(DLMOutput output, const DLMWallMoments *moments
   if (sim->polymer) PetscCall(SumAcross(output, sim->body_force, moment, &sum[1]));
   PetscCall(PetscFree2(rate, moment));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPI_SUM, sim->scene->comm));
-  *excess = sim->scene->implicit_viscosity * (sum[0] - s->rate) + sum[1] + (Dot(s->e[0], moments->friction) - gap * Dot(s->e[0], moments->deltas)) / output->volume;
+  *excess = sim->implicit_viscosity * (sum[0] - s->rate) + sum[1] + (Dot(s->e[0], moments->friction) - gap * Dot(s->e[0], moments->deltas)) / output->volume;
   PetscFunctionReturn(0);
 }
 
@@ -127,7 +127,7 @@ static PetscErrorCode Evaluate(DLMOutput output, Stress part[PARTS], PetscReal *
   if (sim->polymer) PetscCall(DLMPolymerGetStress(sim->polymer, &polymer));
   if (sim->polymer) PetscCall(DLMPolymerGetInsideStress(sim->polymer, &inside));
   part[SOLVENT].s12 = solvent * s->rate;
-  part[POLYMER].s12 = (scene->implicit_viscosity - solvent) * s->rate;
+  part[POLYMER].s12 = (sim->implicit_viscosity - solvent) * s->rate;
   AddTensor(s, 1.0, polymer.solvent, &part[SOLVENT]);
   AddTensor(s, -1.0, polymer.solvent, &part[POLYMER]);
   AddTensor(s, 1.0, polymer.box, &part[POLYMER]);

@@ -117,6 +117,7 @@ PetscErrorCode DLMPolymerCreate(DLMGrid grid, DLMSpheres spheres, const DLMScene
   p->grid    = grid;
   p->spheres = spheres;
   p->scene   = scene;
+  p->implicit_viscosity = scene->implicit_viscosity;
   p->model   = DLMRheologyFind(scene->fluid_model);
   PetscCall(DLMGridCreateDM(grid, 1, DMDA_STENCIL_BOX, 1, &p->dm));
   PetscCall(FillBlock(p));

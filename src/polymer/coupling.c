@@ -1,3 +1,4 @@
+#include <math.h>
 #include "../../include/private/polymerimpl.h"
 
 /* The velocity of x, interleaved with two ghost layers, as planar arrays with one. */
@@ -159,7 +160,7 @@ static void ConstantStress(DLMPolymer p, double eta, double excess, double ahead
 static void LocalStress(DLMPolymer p, PetscBool viscous, double ahead, double *const T[6])
 {
   const PetscInt  n    = p->block.n;
-  const PetscReal rate = 1.0 / p->scene->relaxation_time, implicit = p->scene->implicit_viscosity, part = p->scene->retardation_time * rate;
+  const PetscReal rate = 1.0 / p->scene->relaxation_time, implicit = p->implicit_viscosity, part = p->scene->retardation_time * rate;
   double         *mu = p->scratch, *eta = mu + n, *a = eta + n, *b = a + n, *trace = T[0];
 
   if (p->model->viscosity) Viscosities(p, mu, eta);
@@ -188,8 +189,34 @@ PetscErrorCode DLMPolymerExtraStress(DLMPolymer p, PetscReal ahead, double *cons
   PetscFunctionBegin;
   PetscCall(DLMPolymerCheckOut(p));
   if (p->model->viscosity || p->model->spring) LocalStress(p, HasViscousForce(p), ahead, T);
-  else ConstantStress(p, p->scene->fluid_viscosity - mu, HasViscousForce(p) ? mu - p->scene->implicit_viscosity : 0.0, ahead, T);
+  else ConstantStress(p, p->scene->fluid_viscosity - mu, HasViscousForce(p) ? mu - p->implicit_viscosity : 0.0, ahead, T);
   PetscCall(DLMPolymerCheckIn(p));
+  PetscFunctionReturn(0);
+}
+
+static PetscReal Stiffness(DLMPolymer p)
+{
+  return PetscMax(1.0, p->health.largest_trace - 2.0);
+}
+
+/*
+  What the projected gradient does not see has to resist with what the fluid has at a time: the solvent's viscosity and what of the polymer's has grown since the start
+  from C = I; for the sake of stability with what grows within a step; and with a little where there is no solvent (V3).
+*/
+static PetscReal ViscosityAt(DLMPolymer p, PetscReal time)
+{
+  const DLMScene *s       = p->scene;
+  const PetscReal solvent = s->fluid_viscosity * s->retardation_time / s->relaxation_time, grown = PetscMax(-expm1(-time / s->relaxation_time), p->growing);
+
+  if (s->polymer_coupling == DLM_COUPLING_EXPLICIT) return s->implicit_viscosity;
+  return PetscMax(solvent + PetscMin(1.0, grown) * (s->fluid_viscosity - solvent), 0.05 * s->fluid_viscosity);
+}
+
+PetscErrorCode DLMPolymerChooseViscosity(DLMPolymer p, PetscReal dt, PetscReal target, PetscReal *viscosity)
+{
+  PetscFunctionBeginUser;
+  p->growing            = -Stiffness(p) * expm1(-dt / p->scene->relaxation_time);
+  p->implicit_viscosity = *viscosity = ViscosityAt(p, target);
   PetscFunctionReturn(0);
 }
 
@@ -199,10 +226,11 @@ static DLMLag LagOf(DLMPolymer p, PetscReal time, PetscReal target)
   const DLMScene        *s    = p->scene;
   const DLMForceHistory *h    = &p->force;
   const PetscReal        half = target - time, apart = p->velocity_time - p->velocity_time_before;
-  const PetscReal        polymer_part = 1.0 - s->retardation_time / s->relaxation_time, stiffness = PetscMax(1.0, p->health.largest_trace - 2.0);
+  const PetscReal        solvent = s->fluid_viscosity * s->retardation_time / s->relaxation_time;
   DLMLag                 lag = { .force = 0.5 }, weight = { 0.0, 0.0 };
 
-  if (s->polymer_coupling == DLM_COUPLING_BOTH_SIDES) lag = DLMLagChoose(polymer_part, stiffness, 2.0 * half / s->relaxation_time);
+  if (s->polymer_coupling == DLM_COUPLING_BOTH_SIDES)
+    lag = DLMLagChoose(1.0 - solvent / p->implicit_viscosity, (s->fluid_viscosity - solvent) / p->implicit_viscosity, Stiffness(p), 2.0 * half / s->relaxation_time);
   if (p->model->viscosity && s->carreau_n != 1.0) lag.velocity = 0.0;
   if (h->n == 2) weight.force = 2.0 * lag.force * half / (h->time_now - h->time_before);
   if (p->n_velocities == 2 && lag.velocity > 0.0)
@@ -212,15 +240,18 @@ static DLMLag LagOf(DLMPolymer p, PetscReal time, PetscReal target)
 
 PetscErrorCode DLMPolymerForce(DLMPolymer p, PetscReal time, PetscReal target, PetscInt order, Vec f)
 {
-  DLMForceHistory *h = &p->force;
-  DLMLag           weight = { 0.0, 0.0 };
+  const PetscReal  implicit = p->implicit_viscosity;
+  DLMForceHistory *h        = &p->force;
+  DLMLag           weight   = { 0.0, 0.0 };
 
   PetscFunctionBeginUser;
   if (order >= 2) {
     Push(h, time);
     weight = LagOf(p, time, target);
+    if (target > time) p->implicit_viscosity = ViscosityAt(p, time); /* which the extrapolation brings to the target too */
   }
   PetscCall(DLMPolymerExtraStress(p, weight.velocity, p->r));
+  p->implicit_viscosity = implicit;
   PetscCall(Divergence(p, p->r, order < 2 ? f : h->now));
   PetscCall(DLMPolymerSumInside(p));
   if (order < 2) PetscFunctionReturn(0);

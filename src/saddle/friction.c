@@ -34,7 +34,7 @@ PetscErrorCode DLMSaddleSubtractFriction(DLMSaddle s, const PetscScalar *U, Pets
   PetscFunctionReturn(0);
 }
 
-/* Adds the loads on i and j of a gap (load_j: not looked at against a wall) by the motions in the states. */
+/* Adds the loads on i and j of a gap (load_j: not looked at against a wall) by the motions in the states, in units of the viscosity ratio. */
 static void GapLoads(DLMSaddle s, const DLMGap *gap, PetscReal *load_i, PetscReal *load_j)
 {
   PetscReal Ui[6], Uj[6] = { 0.0 };
@@ -85,6 +85,7 @@ void DLMSaddleShareFriction(DLMSaddle s)
     const DLMGap *gap = &s->lubrication.gaps[g];
     PetscReal     load[12] = { 0.0 };
     GapLoads(s, gap, load, load + 6);
+    for (int c = 0; c < 12; c++) load[c] *= s->viscosity;
     AddToState(load, gap->arm[0], gap->e, &s->spheres->state[gap->i]);
     if (gap->j >= 0) AddToState(load + 6, -gap->arm[1], gap->e, &s->spheres->state[gap->j]);
   }
@@ -101,8 +102,8 @@ void DLMSaddleWallFriction(DLMSaddle s, int axis, DLMWallMoments *moments)
     if (gap->j >= 0 || gap->e[axis] == 0.0) continue;
     GapLoads(s, gap, load, NULL);
     for (int c = 0; c < 3; c++) {
-      moments->friction[c] += wall * load[c];
-      moments->widths[c] += gap->e[axis] * gap->width * load[c];
+      moments->friction[c] += wall * s->viscosity * load[c];
+      moments->widths[c] += gap->e[axis] * gap->width * s->viscosity * load[c];
     }
   }
 }

@@ -1,17 +1,19 @@
 #include "../../include/private/saddleimpl.h"
 
-/* slip[n_multipliers] <- Q^T (J u - V - omega x r) + epsilon lambda. */
-static PetscErrorCode Slip(DLMSaddle s, PetscScalar *slip)
+/* slip[n_multipliers] <- Q^T (J u - V - omega x r) + epsilon lambda/viscosity. */
+static PetscErrorCode Slip(DLMSaddle s, PetscReal viscosity, PetscScalar *slip)
 {
-  PetscScalar *rigid;
+  PetscScalar *rigid, *comply;
 
   PetscFunctionBegin;
   PetscCall(PetscMalloc1(s->layout.n_multipliers, &rigid));
+  PetscCall(PetscCalloc1(s->layout.n_multipliers, &comply));
   PetscCall(DLMPairingInterpolate(s->pairing, s->fluid, s->at_points));
   PetscCall(DLMPairingProject(s->pairing, s->at_points, slip));
   PetscCall(DLMSaddleRigidMotion(s, s->lambda + s->layout.n_multipliers, rigid));
-  PetscCall(DLMSaddleComply(s, s->lambda, rigid));
-  for (PetscInt i = 0; i < s->layout.n_multipliers; i++) slip[i] -= rigid[i];
+  PetscCall(DLMSaddleComply(s, s->lambda, comply));
+  for (PetscInt i = 0; i < s->layout.n_multipliers; i++) slip[i] -= rigid[i] + comply[i] / viscosity;
+  PetscCall(PetscFree(comply));
   PetscCall(PetscFree(rigid));
   PetscFunctionReturn(0);
 }
@@ -23,7 +25,7 @@ PetscErrorCode DLMSaddleGetSlip(DLMSaddle s, PetscReal *slip)
 
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(s->layout.n_multipliers, &values));
-  PetscCall(Slip(s, values));
+  PetscCall(Slip(s, s->viscosity, values));
   for (PetscInt i = 0; i < s->layout.n_multipliers; i++) sum[0] += PetscSqr(values[i]);
   PetscCall(PetscFree(values));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, s->scene->comm));
@@ -42,7 +44,7 @@ static PetscErrorCode ReadMotions(DLMSaddle s)
 
   PetscFunctionBegin;
   PetscCall(PetscCalloc2(n, &r, n, &z));
-  PetscCall(Slip(s, r));
+  PetscCall(Slip(s, 1.0, r));
   PetscCall(DLMBlocksApply(s->blocks, r, z));
   for (PetscInt i = rigid; i < n; i++) s->lambda[i] += z[i];
   if (s->inertia.weight > 0.0 || s->lubrication.n) {
@@ -84,6 +86,7 @@ PetscErrorCode DLMSaddleStoreResult(DLMSaddle s)
   PetscFunctionBeginUser;
   PetscCall(StoreSolution(s));
   PetscCall(ReadMotions(s));
+  PetscCall(DLMSaddleScaleStress(s, s->viscosity));
   PetscCall(DLMPairingExpand(s->pairing, s->lambda, s->at_points));
   for (PetscInt k = 0; k < s->spheres->n_owned; k++) {
     const PetscInt   i     = s->spheres->owned[k];

@@ -116,6 +116,7 @@ PetscErrorCode DLMSaddleCreate(DLMStokes stokes, DLMSpheres spheres, DLMPairing 
   s->pairing = pairing;
   s->scene   = scene;
   s->rtol    = scene->saddle_rtol;
+  s->viscosity = 1.0;
   PetscCall(PetscOptionsGetEList(NULL, NULL, "-saddle_split", splits, 2, &split, &set));
   s->uzawa = (PetscBool)(split == 1);
   PetscCall(DLMStokesCreateVec(stokes, &s->fluid));
@@ -150,7 +151,7 @@ static PetscErrorCode BalanceStart(DLMSaddle s, const PetscReal *force, const Pe
       const PetscReal *outer = c < 3 ? force : torque;
       U[c]                   = now;
       if (DLMRigidHeld(s->scene, i, c)) continue;
-      balance[c] = (outer ? outer[3 * i + d] : 0.0) + friction[6 * i + c] - load[6 * k + c];
+      balance[c] = (outer ? outer[3 * i + d] / s->viscosity : 0.0) + friction[6 * i + c] - load[6 * k + c];
       if (s->inertia.weight > 0.0) balance[c] += mass[c] * (s->inertia.now * now + s->inertia.before * before - U[c]);
     }
   }
@@ -185,47 +186,69 @@ static PetscErrorCode SubtractPressure(DLMSaddle s)
   PetscFunctionReturn(0);
 }
 
-/* Right-hand side for the increments of lambda and U (and of the pressure, under Uzawa). */
-static PetscErrorCode SetRightHandSide(DLMSaddle s, Vec body_force)
+/* f[n_u + n_p] <- wall velocities, the mean pressure gradient and the body force, over the ratio of the viscosities where they are forces. */
+static PetscErrorCode SetFluidForce(DLMSaddle s, Vec body_force, PetscScalar *f)
 {
-  const PetscInt     n_u = s->stokes->n_u, n_p = s->stokes->n_p;
-  const PetscScalar *wall, *extra = NULL;
-  PetscScalar       *f;
+  const PetscScalar *wall, *extra;
 
   PetscFunctionBeginUser;
   PetscCall(VecGetArrayRead(s->stokes->wall_force, &wall));
+  PetscCall(PetscArraycpy(f, wall, s->stokes->n_u + s->stokes->n_p));
+  PetscCall(VecRestoreArrayRead(s->stokes->wall_force, &wall));
+  if (s->viscosity != 1.0) DLMStokesAddPressureGradient(s->stokes, s->scene->pressure_gradient, 1.0 / s->viscosity - 1.0, f);
+  if (!body_force) PetscFunctionReturn(0);
+  PetscCall(VecGetArrayRead(body_force, &extra));
+  for (PetscInt i = 0; i < s->stokes->n_u; i++) f[i] += extra[i] / s->viscosity;
+  PetscCall(VecRestoreArrayRead(body_force, &extra));
+  PetscFunctionReturn(0);
+}
+
+/* Right-hand side for the increments of lambda and U (and of the pressure, under Uzawa). */
+static PetscErrorCode SetRightHandSide(DLMSaddle s, Vec body_force)
+{
+  const PetscInt n_u = s->stokes->n_u, n_p = s->stokes->n_p;
+  PetscScalar   *f;
+
+  PetscFunctionBeginUser;
   PetscCall(VecGetArray(s->rhs, &f));
-  PetscCall(PetscArraycpy(f, wall, n_u + n_p));
-  if (body_force) {
-    PetscCall(VecGetArrayRead(body_force, &extra));
-    for (PetscInt i = 0; i < n_u; i++) f[i] += extra[i];
-    PetscCall(VecRestoreArrayRead(body_force, &extra));
-  }
+  PetscCall(SetFluidForce(s, body_force, f));
   PetscCall(PetscArrayzero(f + n_u + n_p, s->layout.n_local));
   PetscCall(DLMSaddleRigidMotion(s, s->lambda + s->layout.n_multipliers, f + n_u + n_p));
   PetscCall(DLMSaddleComply(s, s->lambda, f + n_u + n_p));
   for (PetscInt i = 0; i < s->layout.n_multipliers; i++) f[n_u + n_p + i] = -f[n_u + n_p + i];
   PetscCall(VecRestoreArray(s->rhs, &f));
-  PetscCall(VecRestoreArrayRead(s->stokes->wall_force, &wall));
   PetscCall(DLMPairingExpand(s->pairing, s->lambda, s->at_points));
   PetscCall(DLMPairingSpread(s->pairing, 1.0, s->at_points, s->rhs));
   if (s->uzawa) PetscCall(SubtractPressure(s));
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode DLMSaddleScaleStress(DLMSaddle s, PetscReal factor)
+{
+  Vec p;
+
+  PetscFunctionBeginUser;
+  if (factor == 1.0) PetscFunctionReturn(0);
+  PetscCall(DLMStokesGetParts(s->stokes, s->fluid, NULL, &p));
+  PetscCall(VecScale(p, factor));
+  PetscCall(DLMStokesRestoreParts(s->stokes, s->fluid, NULL, &p));
+  for (PetscInt i = 0; i < s->layout.n_multipliers; i++) s->lambda[i] *= factor;
+  PetscFunctionReturn(0);
+}
+
 static PetscErrorCode SolveFluidAlone(DLMSaddle s, Vec body_force)
 {
-  Vec rhs, u;
+  Vec          rhs;
+  PetscScalar *f;
 
   PetscFunctionBeginUser;
   PetscCall(VecDuplicate(s->stokes->wall_force, &rhs));
-  PetscCall(VecCopy(s->stokes->wall_force, rhs));
-  if (body_force) {
-    PetscCall(DLMStokesGetParts(s->stokes, rhs, &u, NULL));
-    PetscCall(VecAXPY(u, 1.0, body_force));
-    PetscCall(DLMStokesRestoreParts(s->stokes, rhs, &u, NULL));
-  }
+  PetscCall(VecGetArray(rhs, &f));
+  PetscCall(SetFluidForce(s, body_force, f));
+  PetscCall(VecRestoreArray(rhs, &f));
+  PetscCall(DLMSaddleScaleStress(s, 1.0 / s->viscosity));
   PetscCall(DLMStokesSolve(s->stokes, rhs, s->fluid));
+  PetscCall(DLMSaddleScaleStress(s, s->viscosity));
   PetscCall(VecDestroy(&rhs));
   PetscFunctionReturn(0);
 }
@@ -240,8 +263,10 @@ PetscErrorCode DLMSaddleSolve(DLMSaddle s, DLMInertia inertia, const PetscReal *
     PetscCall(SolveFluidAlone(s, body_force));
     PetscFunctionReturn(0);
   }
+  inertia.weight /= s->viscosity;
   s->inertia = inertia;
   PetscCall(DLMSaddleUpdateLayout(s));
+  PetscCall(DLMSaddleScaleStress(s, 1.0 / s->viscosity));
   PetscCall(DLMLubricationUpdate(&s->lubrication, s->spheres));
   PetscCall(DLMBlocksUpdate(s->blocks, &s->layout, inertia.weight));
   PetscCall(BalanceStart(s, force, torque));
@@ -269,6 +294,13 @@ PetscErrorCode DLMSaddleSetTolerance(DLMSaddle s, PetscReal rtol)
   PetscFunctionBeginUser;
   s->rtol = rtol;
   if (s->bodies_ksp) PetscCall(KSPSetTolerances(s->bodies_ksp, rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSaddleSetViscosity(DLMSaddle s, PetscReal ratio)
+{
+  PetscFunctionBeginUser;
+  s->viscosity = ratio;
   PetscFunctionReturn(0);
 }
 

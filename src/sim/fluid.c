@@ -24,6 +24,14 @@ PetscErrorCode DLMSimulationDestroyPolymer(DLMSimulation sim)
   PetscFunctionReturn(0);
 }
 
+static PetscErrorCode SetImplicitViscosity(DLMSimulation sim, PetscReal dt, PetscReal target)
+{
+  PetscFunctionBegin;
+  PetscCall(DLMPolymerChooseViscosity(sim->polymer, dt, target, &sim->implicit_viscosity));
+  PetscCall(DLMSaddleSetViscosity(sim->saddle, sim->implicit_viscosity / sim->scene->implicit_viscosity));
+  PetscFunctionReturn(0);
+}
+
 static PetscErrorCode SolveSaddle(DLMSimulation sim, DLMInertia inertia)
 {
   PetscFunctionBegin;
@@ -49,11 +57,12 @@ typedef struct {
   Vec       d; /* the last change */
 } Chebyshev;
 
-/* Half the sum and half the difference of the bounds. The solvent's part of the viscosity is the lower one; a thinning solvent may lose any part of it. */
-static void ChebyshevSet(const DLMScene *scene, Chebyshev *c)
+/* Half the sum and half the difference of the bounds. The solvent's part of the implicit viscosity is the lower one; a thinning solvent may lose any part of it. */
+static void ChebyshevSet(DLMSimulation sim, Chebyshev *c)
 {
+  const DLMScene *scene = sim->scene;
   const PetscBool thins = (PetscBool)(scene->fluid_model == DLM_FLUID_CARREAU && scene->carreau_n < 1.0);
-  const PetscReal low   = PetscMax(thins ? 0.0 : scene->retardation_time / scene->relaxation_time, 0.05);
+  const PetscReal low   = PetscMax(thins ? 0.0 : scene->fluid_viscosity * scene->retardation_time / (scene->relaxation_time * sim->implicit_viscosity), 0.05);
 
   c->theta = 0.5 * (1.0 + low);
   c->delta = 0.5 * (1.0 - low);
@@ -99,7 +108,7 @@ static PetscErrorCode SolveFirstFlow(DLMSimulation sim, PetscReal t, PetscReal t
   PetscCall(DLMSaddleGetFluid(sim->saddle, &x));
   PetscCall(VecDuplicate(x, &u));
   PetscCall(VecDuplicate(x, &c.d));
-  ChebyshevSet(sim->scene, &c);
+  ChebyshevSet(sim, &c);
   PetscCall(DLMPolymerForce(sim->polymer, t, t, order, sim->body_force));
   PetscCall(SolveSaddle(sim, inertia));
   PetscCall(VecCopy(x, u));
@@ -142,6 +151,7 @@ PetscErrorCode DLMSimulationSolveFlow(DLMSimulation sim, PetscReal t, PetscReal 
 {
   PetscReal target;
   PetscInt  order;
+  PetscBool first;
   Vec       x;
 
   PetscFunctionBegin;
@@ -152,9 +162,11 @@ PetscErrorCode DLMSimulationSolveFlow(DLMSimulation sim, PetscReal t, PetscReal 
   }
   PetscCall(DLMSplitGetScheme(sim->ts, NULL, &order));
   target = t + (order == 2 ? 0.5 : 1.0) * dt;
+  first  = (PetscBool)(sim->scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES && !sim->flowing);
+  PetscCall(SetImplicitViscosity(sim, dt, first ? t : target));
   PetscCall(DLMPolymerSetInside(sim->polymer));
   PetscCall(DLMAdaptNoteConformation(sim));
-  if (sim->scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES && !sim->flowing) {
+  if (first) {
     PetscCall(SolveFirstFlow(sim, t, target, order, inertia));
   } else {
     PetscCall(DLMPolymerForce(sim->polymer, t, target, order, sim->body_force));

@@ -49,6 +49,7 @@ PetscErrorCode DLMSimulationCreatePiece(const DLMScene *scene, const DLMScene *w
   PetscCall(PetscNew(&sim));
   PetscCall(PetscTime(&sim->created));
   sim->scene = scene;
+  sim->implicit_viscosity = scene->implicit_viscosity;
   sim->whole = whole;
   PetscCall(DLMSimulationRide(sim));
   PetscCall(DLMCheckpointOpen(sim));

@@ -230,11 +230,25 @@ static PetscErrorCode SetWallVelocity(DLMGrid grid, const DLMScene *scene, Vec u
   PetscFunctionReturn(0);
 }
 
-/* Force on the velocity nodes: identity rows on the walls, what the wall columns move to the right, the pressure gradient. */
-static PetscErrorCode SetWallForce(DLMStokes stokes, const DLMScene *scene, PetscScalar ****w, PetscScalar ****f)
+void DLMStokesAddPressureGradient(DLMStokes stokes, const PetscReal gradient[3], PetscReal factor, PetscScalar *f)
 {
-  DLMGrid         grid  = stokes->grid;
-  const PetscReal a     = stokes->viscosity * grid->h, h3 = grid->h * grid->h * grid->h;
+  DLMGrid         grid = stokes->grid;
+  const PetscReal h3   = factor * grid->h * grid->h * grid->h;
+  PetscInt        start[3], width[3];
+
+  if (gradient[0] == 0.0 && gradient[1] == 0.0 && gradient[2] == 0.0) return;
+  (void)DMDAGetCorners(grid->velocity, &start[0], &start[1], &start[2], &width[0], &width[1], &width[2]);
+  for (PetscInt k = start[2]; k < start[2] + width[2]; k++)
+    for (PetscInt j = start[1]; j < start[1] + width[1]; j++)
+      for (PetscInt i = start[0]; i < start[0] + width[0]; i++, f += 3)
+        for (int c = 0; c < 3 && !DLMGridOnWall(grid, i, j, k); c++) f[c] -= h3 * gradient[c];
+}
+
+/* Force on the velocity nodes: identity rows on the walls, what the wall columns move to the right. */
+static PetscErrorCode SetWallForce(DLMStokes stokes, PetscScalar ****w, PetscScalar ****f)
+{
+  DLMGrid         grid = stokes->grid;
+  const PetscReal a    = stokes->viscosity * grid->h;
   PetscInt        start[3], width[3];
 
   PetscFunctionBeginUser;
@@ -243,12 +257,8 @@ static PetscErrorCode SetWallForce(DLMStokes stokes, const DLMScene *scene, Pets
     for (PetscInt j = start[1]; j < start[1] + width[1]; j++)
       for (PetscInt i = start[0]; i < start[0] + width[0]; i++)
         for (int c = 0; c < 3; c++) {
-          if (DLMGridOnWall(grid, i, j, k)) {
-            f[k][j][i][c] = 6.0 * a * w[k][j][i][c];
-          } else {
-            f[k][j][i][c] = a * (w[k][j][i - 1][c] + w[k][j][i + 1][c] + w[k][j - 1][i][c] + w[k][j + 1][i][c] + w[k - 1][j][i][c] + w[k + 1][j][i][c]);
-            f[k][j][i][c] -= h3 * scene->pressure_gradient[c];
-          }
+          if (DLMGridOnWall(grid, i, j, k)) f[k][j][i][c] = 6.0 * a * w[k][j][i][c];
+          else f[k][j][i][c] = a * (w[k][j][i - 1][c] + w[k][j][i + 1][c] + w[k][j - 1][i][c] + w[k][j + 1][i][c] + w[k - 1][j][i][c] + w[k + 1][j][i][c]);
         }
   PetscFunctionReturn(0);
 }
@@ -268,8 +278,11 @@ PetscErrorCode DLMStokesBuildWallForce(DLMStokes stokes, const DLMScene *scene)
   PetscCall(DMGlobalToLocal(dm, wall, INSERT_VALUES, local));
   PetscCall(DMDAVecGetArrayDOF(dm, local, &w));
   PetscCall(DMDAVecGetArrayDOF(dm, u, &f));
-  PetscCall(SetWallForce(stokes, scene, w, f));
+  PetscCall(SetWallForce(stokes, w, f));
   PetscCall(DMDAVecRestoreArrayDOF(dm, u, &f));
+  PetscCall(VecGetArray(u, &y));
+  DLMStokesAddPressureGradient(stokes, scene->pressure_gradient, 1.0, y);
+  PetscCall(VecRestoreArray(u, &y));
   PetscCall(DMDAVecRestoreArrayDOF(dm, local, &w));
   PetscCall(VecGetArray(local, &flat));
   PetscCall(VecGetArray(g, &y));

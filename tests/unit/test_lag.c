@@ -33,7 +33,7 @@ static void ChosenWeightsDamp(void **state)
 {
   for (size_t i = 0; i < sizeof(parts) / sizeof(parts[0]); i++)
     for (size_t j = 0; j < sizeof(steps) / sizeof(steps[0]); j++) {
-      const DLMLag lag = DLMLagChoose(parts[i], 1.0, steps[j]);
+      const DLMLag lag = DLMLagChoose(parts[i], parts[i], 1.0, steps[j]);
       assert_true(lag.force >= 0.0 && lag.force <= 0.5 && lag.velocity >= 0.0 && lag.force + lag.velocity <= 1.0);
       assert_true(WorstGrowth(parts[i], steps[j], lag) <= 1.0);
     }
@@ -43,13 +43,13 @@ static void ChosenWeightsDamp(void **state)
 static void SecondOrderWhereItIsDamped(void **state)
 {
   const DLMLag second = { 0.5, 0.5 };
-  DLMLag       lag    = DLMLagChoose(0.875, 1.0, 0.01);
+  DLMLag       lag    = DLMLagChoose(0.875, 0.875, 1.0, 0.01);
 
   assert_true(lag.force == 0.5 && lag.velocity == 0.5);
-  lag = DLMLagChoose(0.875, 1.0, 0.1);
+  lag = DLMLagChoose(0.875, 0.875, 1.0, 0.1);
   assert_true(lag.velocity > 0.05 && lag.velocity < 0.2);
   assert_true(WorstGrowth(0.875, 0.1, second) == 1e9);
-  assert_true(DLMLagChoose(0.5, 1.0, 0.1).velocity == 0.5);
+  assert_true(DLMLagChoose(0.5, 0.5, 1.0, 0.1).velocity == 0.5);
 }
 
 /* The recursion on the roots against the scheme: both call the same weights stable. */
@@ -60,9 +60,9 @@ static void RootsAgreeWithTheScheme(void **state)
   for (double velocity = 0.0; velocity <= 0.8; velocity += 0.05)
     for (double step = 0.02; step < 2.0; step *= 1.7) {
       const DLMLag lag    = { 0.5, velocity };
-      const int    damped = DLMLagDamps(0.9, 1.0, 1.0, -expm1(-step), lag, 0.997);
+      const int    damped = DLMLagDamps(0.9, 0.9, 1.0, -expm1(-step), lag, 0.997);
       if (damped) assert_true(Growth(0.9, 1.0, step, lag) < 1.0);
-      if (!DLMLagDamps(0.9, 1.0, 1.0, -expm1(-step), lag, 1.003)) assert_true(Growth(0.9, 1.0, step, lag) > 1.0);
+      if (!DLMLagDamps(0.9, 0.9, 1.0, -expm1(-step), lag, 1.003)) assert_true(Growth(0.9, 1.0, step, lag) > 1.0);
       both[damped]++;
     }
   assert_true(both[0] > 20 && both[1] > 20);
