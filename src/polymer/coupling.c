@@ -248,7 +248,7 @@ PetscErrorCode DLMPolymerForce(DLMPolymer p, PetscReal time, PetscReal target, P
   if (order >= 2) {
     Push(h, time);
     weight = LagOf(p, time, target);
-    if (target > time) p->implicit_viscosity = ViscosityAt(p, time); /* which the extrapolation brings to the target too */
+    p->implicit_viscosity = (implicit + weight.force * ViscosityAt(p, h->time_before)) / (1.0 + weight.force); /* the extrapolation makes it that of the target again */
   }
   PetscCall(DLMPolymerExtraStress(p, weight.velocity, p->r));
   p->implicit_viscosity = implicit;

@@ -150,7 +150,8 @@ def adapt():
     good &= len(one) == len(two) and report("1 and 2 ranks", difference(two, one, GROUPS), 1e-7)
     polymer = base + " -fluid_model oldroyd_b -fluid_relaxation_time 0.5"
     fine = run("polymer_equal", polymer + " -ts_dt 0.02 -saddle_rtol 1e-8")[-1]
-    good &= path("polymer_adapted", polymer + " -ts_adapt_type scene -ts_dt 0.02", 1e-2, 75, reference=fine)
+    good &= path("polymer_adapted", polymer + " -ts_adapt_type scene -ts_dt 0.02", 1.5e-2, 75, reference=fine)
+    good &= path("polymer_tighter", polymer + " -ts_adapt_type scene -ts_dt 0.02 -ts_rtol 3e-4", 1e-2, 85, reference=fine)
     return good
 
 
