@@ -26,6 +26,11 @@ typedef struct {
   largest viscous and buoyant force on a sphere.
 */
 PETSC_EXTERN PetscErrorCode DLMContactCreate(const DLMScene *scene, PetscBool lubricated, DLMContact *contact);
+/*
+  The stiffness, unless the scene gives it, in a fluid of so many times the scene's viscosity: repulsion pushes against viscous forces and must not outrun them.
+  Not collective.
+*/
+PETSC_EXTERN void DLMContactSetViscosity(const DLMScene *scene, PetscReal ratio, DLMContact *contact);
 /* force[3 n] <- repulsion on every sphere at the present centres; the same on every rank. Not collective. */
 PETSC_EXTERN PetscErrorCode DLMContactForces(DLMContact *contact, DLMSpheres spheres, PetscReal *force);
 #endif

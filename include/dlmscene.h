@@ -77,7 +77,7 @@ typedef struct {
   PetscReal     relaxation_time;      /* lambda1 */
   PetscReal     retardation_time;     /* lambda2; the solvent has eta1 lambda2/lambda1 */
   PetscReal     carreau_n;            /* exponent of the shear-thinning viscosities */
-  PetscReal     implicit_viscosity;   /* that of the implicit operator: eta1, or the solvent's under the explicit coupling */
+  PetscReal     implicit_viscosity;   /* that of the implicit operator: eta1 (once the polymer has grown, V3), or the solvent's under the explicit coupling */
 
   DLMPolymerForm polymer_form;        /* what is advected: Cholesky factor or logarithm of C */
   DLMCoupling    polymer_coupling;

@@ -132,6 +132,8 @@ PETSC_INTERN PetscErrorCode DLMSimulationCreateSolution(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMSimulationLoad(void *sim, Vec solution);
 PETSC_INTERN PetscErrorCode DLMSimulationStore(void *sim, Vec solution);
 /* fluid.c: the polymer's verbs and the saddle solve with its stress; does without polymer too. */
+/* Gives the implicit operator the viscosity that it has in a step from t, and repulsion that of the forces it works against. Before the forces of the step. */
+PETSC_INTERN PetscErrorCode DLMSimulationSetViscosity(DLMSimulation sim, PetscReal t, PetscReal dt);
 PETSC_INTERN PetscErrorCode DLMSimulationSolveFlow(DLMSimulation sim, PetscReal t, PetscReal dt, DLMInertia inertia);
 PETSC_INTERN PetscErrorCode DLMSimulationCreatePolymer(DLMSimulation sim);
 PETSC_INTERN PetscErrorCode DLMSimulationDestroyPolymer(DLMSimulation sim);

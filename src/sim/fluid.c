@@ -24,14 +24,6 @@ PetscErrorCode DLMSimulationDestroyPolymer(DLMSimulation sim)
   PetscFunctionReturn(0);
 }
 
-static PetscErrorCode SetImplicitViscosity(DLMSimulation sim, PetscReal dt, PetscReal target)
-{
-  PetscFunctionBegin;
-  PetscCall(DLMPolymerChooseViscosity(sim->polymer, dt, target, &sim->implicit_viscosity));
-  PetscCall(DLMSaddleSetViscosity(sim->saddle, sim->implicit_viscosity / sim->scene->implicit_viscosity));
-  PetscFunctionReturn(0);
-}
-
 static PetscErrorCode SolveSaddle(DLMSimulation sim, DLMInertia inertia)
 {
   PetscFunctionBegin;
@@ -147,12 +139,39 @@ static PetscErrorCode CompleteStresslets(DLMSimulation sim)
   PetscFunctionReturn(0);
 }
 
+/* The both-sides coupling has no velocity yet to take the projected gradient from. */
+static PetscBool IsFirst(DLMSimulation sim)
+{
+  return (PetscBool)(sim->scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES && !sim->flowing);
+}
+
+/* The time that the velocities of a step belong to. */
+static PetscReal Target(DLMSimulation sim, PetscReal t, PetscReal dt)
+{
+  PetscInt order = 1;
+
+  (void)DLMSplitGetScheme(sim->ts, NULL, &order);
+  return t + (order == 2 ? 0.5 : 1.0) * dt;
+}
+
+PetscErrorCode DLMSimulationSetViscosity(DLMSimulation sim, PetscReal t, PetscReal dt)
+{
+  PetscReal ratio;
+
+  PetscFunctionBegin;
+  if (!sim->polymer) PetscFunctionReturn(0);
+  PetscCall(DLMPolymerChooseViscosity(sim->polymer, dt, IsFirst(sim) ? t : Target(sim, t, dt), &sim->implicit_viscosity));
+  ratio = sim->implicit_viscosity / sim->scene->implicit_viscosity;
+  PetscCall(DLMSaddleSetViscosity(sim->saddle, ratio));
+  if (sim->contact.exists) DLMContactSetViscosity(sim->whole, ratio, &sim->contact);
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode DLMSimulationSolveFlow(DLMSimulation sim, PetscReal t, PetscReal dt, DLMInertia inertia)
 {
-  PetscReal target;
-  PetscInt  order;
-  PetscBool first;
-  Vec       x;
+  const PetscReal target = Target(sim, t, dt);
+  PetscInt        order;
+  Vec             x;
 
   PetscFunctionBegin;
   if (!sim->polymer) {
@@ -161,12 +180,9 @@ PetscErrorCode DLMSimulationSolveFlow(DLMSimulation sim, PetscReal t, PetscReal 
     PetscFunctionReturn(0);
   }
   PetscCall(DLMSplitGetScheme(sim->ts, NULL, &order));
-  target = t + (order == 2 ? 0.5 : 1.0) * dt;
-  first  = (PetscBool)(sim->scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES && !sim->flowing);
-  PetscCall(SetImplicitViscosity(sim, dt, first ? t : target));
   PetscCall(DLMPolymerSetInside(sim->polymer));
   PetscCall(DLMAdaptNoteConformation(sim));
-  if (first) {
+  if (IsFirst(sim)) {
     PetscCall(SolveFirstFlow(sim, t, target, order, inertia));
   } else {
     PetscCall(DLMPolymerForce(sim->polymer, t, target, order, sim->body_force));

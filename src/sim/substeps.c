@@ -108,6 +108,7 @@ static PetscErrorCode Saddle(void *context, PetscReal t, PetscReal dt, PetscReal
   DLMSimulation sim = (DLMSimulation)context;
 
   PetscFunctionBegin;
+  PetscCall(DLMSimulationSetViscosity(sim, t, dt));
   if (!sim->spheres) {
     PetscCall(DLMSimulationSolveFlow(sim, t, dt, (DLMInertia){ 0.0, 0.0, 0.0 }));
     PetscFunctionReturn(0);
@@ -124,6 +125,7 @@ PetscErrorCode DLMSimulationStart(DLMSimulation sim)
 {
   PetscFunctionBegin;
   if (!sim->spheres || sim->scene->sphere_inertia) PetscFunctionReturn(0);
+  PetscCall(DLMSimulationSetViscosity(sim, 0.0, 0.0));
   PetscCall(Forces(sim));
   PetscCall(DLMSimulationSolveFlow(sim, 0.0, 0.0, (DLMInertia){ 0.0, 0.0, 0.0 }));
   PetscFunctionReturn(0);

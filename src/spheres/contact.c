@@ -2,8 +2,8 @@
 #include "../../include/dlmlubrication.h"
 #include "../../include/private/spheresimpl.h"
 
-/* Largest viscous force of the wall-driven shear on a sphere, plus its net weight. */
-static PetscReal ForceScale(const DLMScene *scene, const DLMSphereSpec *spec)
+/* Largest viscous force of the wall-driven shear on a sphere, in a fluid of so many times the scene's viscosity, plus its net weight. */
+static PetscReal ForceScale(const DLMScene *scene, PetscReal viscosity, const DLMSphereSpec *spec)
 {
   PetscReal shear = 0.0, gravity = 0.0, push = 0.0, pressure = 0.0;
 
@@ -16,7 +16,7 @@ static PetscReal ForceScale(const DLMScene *scene, const DLMSphereSpec *spec)
     pressure += PetscSqr(scene->pressure_gradient[d]);
   }
   const PetscReal a = spec->radius, volume = 4.0 / 3.0 * PETSC_PI * a * a * a;
-  return 6.0 * PETSC_PI * scene->fluid_viscosity * a * a * shear + PetscAbsReal(spec->density - scene->fluid_density) * volume * PetscSqrtReal(gravity) +
+  return 6.0 * PETSC_PI * viscosity * scene->fluid_viscosity * a * a * shear + PetscAbsReal(spec->density - scene->fluid_density) * volume * PetscSqrtReal(gravity) +
          PetscSqrtReal(push) + volume * PetscSqrtReal(pressure);
 }
 
@@ -41,17 +41,21 @@ static PetscReal AutoRange(const DLMScene *scene, PetscBool lubricated)
   return lubricated ? 1e-3 * radius : scene->h / 8.0;
 }
 
+void DLMContactSetViscosity(const DLMScene *scene, PetscReal ratio, DLMContact *contact)
+{
+  contact->stiffness = scene->contact_stiffness;
+  if (contact->stiffness >= 0.0) return;
+  contact->stiffness = 0.0;
+  for (PetscInt i = 0; i < scene->n_spheres; i++) contact->stiffness = PetscMax(contact->stiffness, 5.0 * ForceScale(scene, ratio, &scene->spheres[i]));
+}
+
 PetscErrorCode DLMContactCreate(const DLMScene *scene, PetscBool lubricated, DLMContact *contact)
 {
   PetscFunctionBeginUser;
   contact->largest   = 0.0;
   PetscCall(PetscArrayzero(contact->moment, 6));
   contact->range     = scene->contact_range < 0.0 ? AutoRange(scene, lubricated) : scene->contact_range;
-  contact->stiffness = scene->contact_stiffness;
-  if (contact->stiffness < 0.0) {
-    contact->stiffness = 0.0;
-    for (PetscInt i = 0; i < scene->n_spheres; i++) contact->stiffness = PetscMax(contact->stiffness, 5.0 * ForceScale(scene, &scene->spheres[i]));
-  }
+  DLMContactSetViscosity(scene, 1.0, contact);
   contact->can_meet = DLMBodiesCanMeet(scene);
   contact->absent   = WhyNone(scene, contact);
   contact->exists   = (PetscBool)!contact->absent;

@@ -87,7 +87,8 @@ def start():
     """
     near = "-sphere_centers 0.01,0.02,-0.24" + SHEAR
     scenes = (("turning near a wall", BOX + near), ("held there", BOX + near + " -sphere_motion fixed"), ("with inertia", BOX.replace("inertia 0", "inertia 1") + near + " -sphere_density 3 -gravity -5,1,2 -pressure_gradient -1,0.5,0"),
-              ("a close pair", BOX + "-sphere_centers -0.157,0,0.02,0.157,0,-0.02 -lubrication true" + SHEAR), ("no spheres", "-box_size 1,1,1 -grid_resolution 8 -pressure_gradient -1,0,0" + SHEAR))
+              ("a close pair", BOX + "-sphere_centers -0.157,0,0.02,0.157,0,-0.02 -lubrication true" + SHEAR),
+              ("a pair that touches", BOX + "-sphere_centers -0.151,0,0.02,0.151,0,-0.02 -lubrication false" + SHEAR), ("no spheres", "-box_size 1,1,1 -grid_resolution 8 -pressure_gradient -1,0,0" + SHEAR))
     for name, scene in scenes:
         scene += " -ts_split_scheme strang -ts_dt 0.02 -ts_max_time 0.1 -output_fields_every 1"
         newtonian, slow = run(scene + " -fluid_viscosity 0.125"), run(scene + OLDROYD + "1e7")
