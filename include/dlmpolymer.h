@@ -46,9 +46,7 @@ PETSC_EXTERN PetscErrorCode DLMPolymerView(DLMPolymer polymer, PetscViewer viewe
 PETSC_EXTERN PetscErrorCode DLMPolymerGetConformation(DLMPolymer polymer, Vec *C);
 /* Applies the rule of the scene for C inside the spheres at their present centres. Collective. */
 PETSC_EXTERN PetscErrorCode DLMPolymerSetInside(DLMPolymer polymer);
-/*
-  The viscosity that the implicit operator is to have at target, in a step of dt: it goes with the next forces (V3). Not collective.
-*/
+/* The viscosity that the implicit operator is to have at target, in a step of dt; the next forces are made for it (V3). Not collective. */
 PETSC_EXTERN PetscErrorCode DLMPolymerChooseViscosity(DLMPolymer polymer, PetscReal dt, PetscReal target, PetscReal *viscosity);
 /*
   f <- force on the velocity nodes (zero on walls) of the stress of C beyond what the implicit operator holds (V3). C belongs to `time`, the last

@@ -61,8 +61,8 @@ PETSC_EXTERN PetscErrorCode DLMSaddleDestroy(DLMSaddle *saddle);
 */
 PETSC_EXTERN PetscErrorCode DLMSaddleSolve(DLMSaddle saddle, DLMInertia inertia, const PetscReal *force, const PetscReal *torque, Vec body_force);
 /*
-  The viscosity of the fluid in the next solves over that of the Stokes operator, above 0; at first 1. The mesh's share of lubrication's friction and the cover's
-  compliances go with it. Not collective.
+  The viscosity of the fluid in the next solves over that of the Stokes operator, above 0; at first 1 (docs/theory.md, B10). Lubrication's friction and the
+  cover's compliances go with it. Not collective.
 */
 PETSC_EXTERN PetscErrorCode DLMSaddleSetViscosity(DLMSaddle saddle, PetscReal ratio);
 /* Velocity and pressure of the last solve, in the layout of DLMStokesCreateVec. Borrowed. */

@@ -111,11 +111,11 @@ PetscErrorCode DLMSaddleCreate(DLMStokes stokes, DLMSpheres spheres, DLMPairing 
   PetscFunctionBeginUser;
   PetscCall(DLMSaddleRegister());
   PetscCall(PetscNew(&s));
-  s->stokes  = stokes;
-  s->spheres = spheres;
-  s->pairing = pairing;
-  s->scene   = scene;
-  s->rtol    = scene->saddle_rtol;
+  s->stokes    = stokes;
+  s->spheres   = spheres;
+  s->pairing   = pairing;
+  s->scene     = scene;
+  s->rtol      = scene->saddle_rtol;
   s->viscosity = 1.0;
   PetscCall(PetscOptionsGetEList(NULL, NULL, "-saddle_split", splits, 2, &split, &set));
   s->uzawa = (PetscBool)(split == 1);
