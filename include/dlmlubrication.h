@@ -27,7 +27,7 @@ typedef struct {
   DLMGap   *gaps;         /* at the centres of the last update; the same on every rank */
 } DLMLubrication;
 
-/* Decides by -lubrication, fluid, cover and whether two bodies can meet. Release with DLMLubricationDestroy. */
+/* Decides by -lubrication, fluid, cover and whether two bodies are close or can meet. Release with DLMLubricationDestroy. */
 PETSC_EXTERN PetscErrorCode DLMLubricationCreate(const DLMScene *scene, DLMLubrication *lubrication);
 PETSC_EXTERN PetscErrorCode DLMLubricationDestroy(DLMLubrication *lubrication);
 /* The gaps at the present centres. Not collective. */

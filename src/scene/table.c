@@ -112,7 +112,7 @@ const DLMSceneKey DLMSceneKeys[] = {
    "repulsion at touching; auto: from shear and buoyancy"},
   {"Contact", "lubrication", DLM_KEY_WORD, "auto", AT(scene.lubrication), ONE_OF(DLMLubrications), "",
    "friction across narrow gaps, for the lubrication that the mesh does not resolve; auto: in Newtonian fluid, under the default cover (for which it was "
-   "measured), where two bodies can meet"},
+   "measured), where two bodies are close or can meet"},
   {"Contact", "lubrication_range", DLM_KEY_REAL, "0.75", AT(scene.lubrication_range), BETWEEN(0.01, 2), "mean radius",
    "gaps narrower than this get that friction; in mean radii of the two bodies, where a wall counts as 0"},
 

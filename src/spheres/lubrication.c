@@ -14,6 +14,34 @@ PetscBool DLMBodiesCanMeet(const DLMScene *scene)
   return (PetscBool)(moving && (walls || scene->n_spheres > 1));
 }
 
+/* The narrowest gap of the scene's sphere i to a wall or to a sphere after it, over what the range is counted in. */
+static PetscReal NarrowestFrom(const DLMScene *scene, PetscInt i)
+{
+  const DLMSphereSpec *s = &scene->spheres[i];
+  PetscReal            narrowest = PETSC_INFINITY;
+
+  for (int d = 0; d < 3; d++)
+    if (!scene->box_periodic[d]) narrowest = PetscMin(narrowest, (0.5 * scene->box_size[d] - PetscAbsReal(s->center[d]) - s->radius) / (0.5 * s->radius));
+  for (PetscInt j = i + 1; j < scene->n_spheres; j++) {
+    const DLMSphereSpec *other = &scene->spheres[j];
+    PetscReal            square = 0.0;
+    for (int d = 0; d < 3; d++) {
+      const PetscReal x = other->center[d] - s->center[d], L = scene->box_size[d];
+      square += PetscSqr(scene->box_periodic[d] ? x - L * PetscFloorReal(x / L + 0.5) : x);
+    }
+    narrowest = PetscMin(narrowest, (PetscSqrtReal(square) - s->radius - other->radius) / (0.5 * (s->radius + other->radius)));
+  }
+  return narrowest;
+}
+
+/* Spheres that stay where they are turn, or hold against the flow, in the gaps that they have. */
+static PetscBool HasNarrowGap(const DLMScene *scene)
+{
+  for (PetscInt i = 0; i < scene->n_spheres; i++)
+    if (NarrowestFrom(scene, i) < scene->lubrication_range) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 /* auto: where the friction is known, in Newtonian fluid, and what the mesh resolves of it is measured, for the default cover. NULL: there it is. */
 static PetscErrorCode WhyNone(const DLMScene *scene, const char **absent)
 {
@@ -28,7 +56,7 @@ static PetscErrorCode WhyNone(const DLMScene *scene, const char **absent)
   else if (scene->fluid_model != DLM_FLUID_NEWTONIAN) *absent = "-lubrication auto: the friction of a gap is known for Newtonian fluid only";
   else if (scene->pairing_type != DLM_PAIRING_IMMERSED || scene->pairing_points != DLM_POINTS_SURFACE || cover.degree == 0)
     *absent = "-lubrication auto: what the mesh misses is measured for the default cover only";
-  else if (!DLMBodiesCanMeet(scene)) *absent = "no two bodies can meet";
+  else if (!DLMBodiesCanMeet(scene) && !HasNarrowGap(scene)) *absent = "no two bodies are close, or can come close";
   PetscFunctionReturn(0);
 }
 

@@ -8,6 +8,7 @@ Memory is that of the heap (every library's, summary.json) and the high-water ma
 """
 import glob
 import json
+import math
 import os
 import re
 import subprocess
@@ -31,6 +32,7 @@ VARIATIONS = [
     SHEAR + TWO + "-output_fields_every 1 -checkpoint_every 1", SHEAR + TWO + "-ts_adapt_type scene", SHEAR + TWO + "-ts_split_scheme lie",
     SHEAR + POLYMER, SHEAR + POLYMER + ONE + "-sphere_motion fixed", SHEAR + POLYMER + TWO + "-ts_split_scheme lie -checkpoint_minutes 100",
     PAIR + ONE + "-wall_velocity_upper 1,0,0 -sphere_motion rotate",
+    SHEAR + "-sphere_centers 0,0,0.32 -sphere_motion rotate", PAIR + "-box_periodic 1,1,1 -sphere_centers -0.4,0,0,0.27,0,0 -sphere_motion fixed -sphere_omega 0,1,0",
 ]
 
 # Kinds of scenes: options, doubles per node that stay after the steps, and those that PETSc has at most at a time.
@@ -88,6 +90,22 @@ def sheared(scene):
     return any(a != b for d, (a, b) in enumerate(zip(*(scene[name] for name in names))) if d != axis)
 
 
+def close(scene):
+    """Whether two bodies are closer at the start than friction reaches."""
+    spheres, box, periodic = scene["spheres"], scene["box_size"], scene["box_periodic"]
+    reach = 0.75  # mean radii, the default
+    for i, a in enumerate(spheres):
+        for d in range(3):
+            if not periodic[d] and box[d] / 2 - abs(a["center"][d]) - a["radius"] < reach * a["radius"] / 2:
+                return True
+        for b in spheres[:i]:
+            apart = [b["center"][d] - a["center"][d] for d in range(3)]
+            apart = [x - box[d] * round(x / box[d]) if periodic[d] else x for d, x in enumerate(apart)]
+            if math.hypot(*apart) - a["radius"] - b["radius"] < reach * (a["radius"] + b["radius"]) / 2:
+                return True
+    return False
+
+
 def needed(summary, words):
     """object -> whether the scene needs it."""
     scene, frame = summary["scene"], summary["frame_velocity"]
@@ -102,7 +120,7 @@ def needed(summary, words):
         "grid": True, "Stokes solver": True, "flow": True, "time stepping": True, "work of the steps": True,
         "pressure blocks": sum(scene["box_periodic"]) >= 2,
         "spheres": some, "impulse responses": some, "dense blocks": some, "trajectory": some,
-        "lubrication": meet and given(words, "lubrication") != "false" and (not polymer or given(words, "lubrication") == "true"),
+        "lubrication": (meet or close(scene)) and given(words, "lubrication") != "false" and (not polymer or given(words, "lubrication") == "true"),
         "contact": meet and free and scene["contact_range"] > 0 and scene["contact_stiffness"] > 0,
         "motion": any(s["motion"] == "free" or start != frame for s in spheres),
         "inertia": scene["sphere_inertia"] and any(s["motion"] != "fixed" for s in spheres),

@@ -11,6 +11,7 @@ Differences of positions are counted in radii, others against the largest value 
 """
 import csv
 import json
+import math
 import os
 import subprocess
 import sys
@@ -99,7 +100,18 @@ def walls():
         good &= report(f"only the {name} wall moves, drift taken away", difference(moving, middle, GROUPS), 1e-6)
         relative = (moving[:, 0] - moving[:, 1]) - (middle[:, 0] - middle[:, 1])
         good &= report("  relative path", {"x": abs(relative[:, 3:6]).max() / RADIUS}, 1e-6)
-    return good
+    return good & turning()
+
+
+def turning():
+    """A sphere that stays where it is and turns beside a wall has the friction of the gap; torque against 8 pi mu a^3 (0.3817 - (2/5) ln gap) of Goldman, Cox and Brenner (1967)."""
+    gap, torque = 0.02, {}
+    scene = f"-box_size 1,1,1 -grid_resolution 32 -sphere_radius 0.1 -sphere_centers 0,0,{-0.4 + 0.1 * gap} -sphere_motion fixed -sphere_omega 0,1,0 -ts_max_steps 0 -sphere_inertia 0 -lubrication "
+    for lubrication in ("auto", "false"):
+        torque[lubrication] = -run("turning_" + lubrication, scene + lubrication)[-1, 0, 16] / (8 * math.pi * 0.1**3)
+    exact = 0.3817 - 0.4 * math.log(gap)
+    print(f"sphere that turns at a gap of {gap} a: torque {torque['auto'] / exact - 1:+.1%} off (allowed 3 %), {torque['false'] / exact - 1:+.1%} without friction")
+    return abs(torque["auto"] / exact - 1) <= 0.03 and torque["false"] / exact < 0.85
 
 
 def outputs():
