@@ -19,10 +19,10 @@ typedef struct {
 
 /* in the order of DLMAccuracies */
 static const Preset presets[] = {
-  [DLM_ACCURACY_DRAFT]     = {2.8, 0.2, "strang", "1e-3", "immersed", "surface", "factor", {0.71, 0.029, 1.9, 2.1, 4.6}},
-  [DLM_ACCURACY_STANDARD]  = {3.6, 0.1, "strang", "1e-4", "immersed", "surface", "factor", {0.47, 0.044, 1.1, 1.1, 3.6}},
-  [DLM_ACCURACY_FINE]      = {4.8, 0.05, "strang", "1e-5", "immersed", "surface", "factor", {0.22, 0.032, 0.77, 0.4, 3.5}},
-  [DLM_ACCURACY_REFERENCE] = {6.4, 0.02, "strang", "1e-6", "immersed", "surface", "factor", {0.08, 0.028, 1.3, 0.23, 0}},
+  [DLM_ACCURACY_DRAFT]     = {2.8, 0.2, "strang", "1e-3", "immersed", "surface", "factor", {0.71, 0.029, 1.9, 2.1, 2.9}},
+  [DLM_ACCURACY_STANDARD]  = {3.6, 0.1, "strang", "1e-4", "immersed", "surface", "factor", {0.47, 0.044, 1.1, 1.1, 2.5}},
+  [DLM_ACCURACY_FINE]      = {4.8, 0.05, "strang", "1e-5", "immersed", "surface", "factor", {0.22, 0.032, 0.77, 0.4, 1.4}},
+  [DLM_ACCURACY_REFERENCE] = {6.4, 0.02, "strang", "1e-6", "immersed", "surface", "factor", {0.08, 0.028, 1.3, 0.23, 1.1}},
 };
 
 /* What an error was measured in, and of what. */
