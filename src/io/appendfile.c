@@ -167,7 +167,7 @@ static void NameRedo(const DLMAppendFile *file, char redo[PETSC_MAX_PATH_LEN + 8
 
 enum { SUPERBLOCK = 48 }; /* bytes at the beginning, with the length of the file, so that they tell one of its states from another */
 
-#define REDO "dlmfd redo\nend %" PRIu64 " bytes %zu crc64 %016" PRIx64 "\n\n"
+#define REDO "dlmfd redo\nbytes %zu crc64 %016" PRIx64 "\n\n"
 
 /* NAME.redo: the superblock that the patches find, then where each patch goes, how long it is, and what it says. */
 static int WriteRedo(const DLMAppendFile *file, const char *redo)
@@ -187,7 +187,7 @@ static int WriteRedo(const DLMAppendFile *file, const char *redo)
     memcpy(p + sizeof(where), file->patches[k].bytes, file->patches[k].n);
     p += sizeof(where) + file->patches[k].n;
   }
-  n_head = snprintf(head, sizeof(head), REDO, (uint64_t)file->end, n, DLMFileCRC(0, body, n));
+  n_head = snprintf(head, sizeof(head), REDO, n, DLMFileCRC(0, body, n));
   failed = DLMFileReplace(redo, head, (size_t)n_head, body, n);
   free(body);
   return failed;
@@ -196,14 +196,14 @@ static int WriteRedo(const DLMAppendFile *file, const char *redo)
 /* The n bytes of a whole NAME.redo, malloc'ed, or NULL. */
 static char *LoadRedo(const char *redo, size_t *n)
 {
-  uint64_t end = 0, crc = 0;
-  char     head[256] = "", again[256], *body = NULL;
-  FILE    *in = fopen(redo, "rb");
+  uint64_t  crc = 0;
+  char      head[256] = "", again[256], *body = NULL;
+  FILE     *in = fopen(redo, "rb");
   PetscBool good;
 
   if (!in) return NULL;
-  good = (PetscBool)(fread(head, 1, sizeof(head) - 1, in) > 0 && sscanf(head, "dlmfd redo end %" SCNu64 " bytes %zu crc64 %" SCNx64, &end, n, &crc) == 3 && *n >= SUPERBLOCK);
-  snprintf(again, sizeof(again), REDO, end, *n, crc);
+  good = (PetscBool)(fread(head, 1, sizeof(head) - 1, in) > 0 && sscanf(head, "dlmfd redo bytes %zu crc64 %" SCNx64, n, &crc) == 2 && *n >= SUPERBLOCK);
+  snprintf(again, sizeof(again), REDO, *n, crc);
   good = (PetscBool)(good && !strncmp(head, again, strlen(again)) && !fseek(in, (long)strlen(again), SEEK_SET) && (body = malloc(*n + 1)) && fread(body, 1, *n + 1, in) == *n &&
                      DLMFileCRC(0, body, *n) == crc);
   fclose(in);
