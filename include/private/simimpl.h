@@ -142,8 +142,8 @@ PETSC_INTERN PetscErrorCode DLMSimulationAddPolymerSubsteps(DLMSimulation sim);
 PETSC_INTERN PetscReal DLMSimulationElasticNumber(DLMSimulation sim, PetscReal dt, PetscReal trace);
 /* Largest dt that the explicit coupling bears; infinity if any. */
 PETSC_INTERN PetscReal DLMSimulationExplicitBound(DLMSimulation sim);
-/* Prints a line if dt is beyond it. Collective. */
-PETSC_INTERN PetscErrorCode DLMSimulationWarnOfTimeStep(DLMSimulation sim);
+/* Prints a line if dt is beyond it, and one if the fluid thins by so much that its shear flow is unstable. Collective. */
+PETSC_INTERN PetscErrorCode DLMSimulationWarn(DLMSimulation sim);
 /* keep.c */
 PETSC_INTERN PetscErrorCode DLMSimulationKeep(void *sim);
 PETSC_INTERN PetscErrorCode DLMSimulationBringBack(void *sim);

@@ -194,7 +194,7 @@ PetscErrorCode DLMSimulationDryRun(const DLMScene *scene)
   const PetscReal set_up = DLMProcessorSeconds() - before;
   PetscCall(DLMSceneCheckUnused(scene->comm));
   PetscCall(DLMSceneView(scene, PETSC_VIEWER_STDOUT_(scene->comm)));
-  PetscCall(DLMSimulationWarnOfTimeStep(sim));
+  PetscCall(DLMSimulationWarn(sim));
   PetscCall(Foresee(sim, step, time, set_up));
   PetscCall(PetscPrintf(scene->comm, "nothing was written: -dry_run\n"));
   PetscCall(DLMSimulationDestroy(&sim));

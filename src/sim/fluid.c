@@ -260,7 +260,24 @@ PetscReal DLMSimulationExplicitBound(DLMSimulation sim)
   return e < 1.0 ? -scene->relaxation_time * PetscLogReal(1.0 - e) : PETSC_INFINITY;
 }
 
-PetscErrorCode DLMSimulationWarnOfTimeStep(DLMSimulation sim)
+/*
+  In steady shear with g = lambda1 times the rate, the Carreau fluid's stress answers a change of the rate at once with eta1(g) (lambda2/lambda1 - (1 - n) g^2/(1 + g^2)): where
+  that is negative, shear flow is unstable (docs/theory.md, V6).
+*/
+static PetscErrorCode WarnOfThinning(DLMSimulation sim)
+{
+  const DLMScene *scene   = sim->scene;
+  const PetscReal solvent = scene->retardation_time / scene->relaxation_time, loss = 1.0 - scene->carreau_n;
+
+  PetscFunctionBegin;
+  if (!sim->polymer || scene->fluid_model != DLM_FLUID_CARREAU || loss <= solvent) PetscFunctionReturn(0);
+  PetscCall(PetscPrintf(scene->comm,
+                        "dlmfd: warning: -fluid_carreau_n %.6g thins by more than the solvent holds: where the shear rate is above %.4g shear flow of this fluid is unstable; n from %.6g on never is\n",
+                        (double)scene->carreau_n, (double)(PetscSqrtReal(solvent / (loss - solvent)) / scene->relaxation_time), (double)(1.0 - solvent)));
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode WarnOfTimeStep(DLMSimulation sim)
 {
   const DLMScene *scene = sim->scene;
   PetscReal       bound;
@@ -271,6 +288,14 @@ PetscErrorCode DLMSimulationWarnOfTimeStep(DLMSimulation sim)
   if (scene->ts_dt > bound)
     PetscCall(PetscPrintf(scene->comm, "dlmfd: warning: -ts_dt %.6g is above %.6g, where -polymer_coupling explicit becomes unstable; use a smaller step or both_sides\n",
                           (double)scene->ts_dt, (double)bound));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMSimulationWarn(DLMSimulation sim)
+{
+  PetscFunctionBegin;
+  PetscCall(WarnOfTimeStep(sim));
+  PetscCall(WarnOfThinning(sim));
   PetscFunctionReturn(0);
 }
 

@@ -120,7 +120,7 @@ PetscErrorCode DLMSimulationViewDetails(DLMSimulation sim, PetscViewer viewer)
 PetscErrorCode DLMSimulationSolve(DLMSimulation sim)
 {
   PetscFunctionBeginUser;
-  PetscCall(DLMSimulationWarnOfTimeStep(sim));
+  PetscCall(DLMSimulationWarn(sim));
   if (sim->restart) PetscCall(DLMCheckpointLoad(sim));
   else PetscCall(DLMSimulationStart(sim));
   PetscCall(DLMAdaptStart(sim));

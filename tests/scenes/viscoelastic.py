@@ -229,6 +229,22 @@ def carreau_profile(n, exponent):
     return numpy.array(u[::-1])
 
 
+def thinning_bound():
+    """Homogeneous shear with a little noise, lambda1 times the rate 1.4: unstable for n below 1 - (1/8)(1 + 1.4^2)/1.4^2 = 0.811 (docs/theory.md, V6)."""
+    for n in (0.75, 0.87):
+        scene = (f"-box_size 0.125,0.125,0.5 -grid_resolution 32 -wall_velocity_lower -0.5,0,0 -wall_velocity_upper 0.5,0,0 -fluid_model carreau -fluid_carreau_n {n}"
+                 f" -fluid_relaxation_time {LAMBDA} -polymer_mode_amplitude 1e-6 -polymer_mode_number 2 -ts_split_scheme strang -ts_dt 0.01 -ts_max_time 4 -output_fields_every 200")
+        code, output, path = launch(scene)
+        warning = re.search(r"^dlmfd: warning: -fluid_carreau_n \S+ thins by more .* above (\S+) shear flow", output, re.M)
+        found = Run(path)
+        sizes = [abs(found.field("velocity", step)[1, 1, :, 0] - RATE * (numpy.arange(17) / 32 - 0.25)).max() for step in found.steps()[1:]]
+        unstable = n < 0.811
+        bound = math.sqrt(0.125 / (1 - n - 0.125)) / LAMBDA if n < 0.875 else math.inf
+        said = math.isclose(float(warning.group(1)), bound, rel_tol=1e-3) if warning else not math.isfinite(bound)
+        check(code == 0 and said and (sizes[1] > 2 * sizes[0]) == unstable and (sizes[1] < 0.1 * sizes[0]) == (not unstable),
+              f"n = {n}: noise in the velocity {sizes[0]:.1e} at t = 2, {sizes[1]:.1e} at t = 4; bound said {warning.group(1) if warning else None} (at lambda1 rate = 1.4 unstable below 0.811)")
+
+
 def carreau():
     """n = 1 is Oldroyd-B; n < 1 in homogeneous shear and in a slit."""
     scene = ("-box_size 1,1,1 -grid_resolution 12 -wall_velocity_lower -0.5,0,0 -wall_velocity_upper 0.5,0,0 -sphere_centers 0.02,0.03,0.11 -sphere_radius 0.15"
@@ -243,6 +259,7 @@ def carreau():
         stress = thinned * (RATE / 8 + 7 / 8 * found.field("conformation")[1, 1, 1, XZ] / LAMBDA)
         check(abs(stress / (thinned * RATE) - 1) <= 1e-6 and shear_error(found, 0, 2, startup_values(0, 2, 14)) <= 1e-6,
               f"n = {n}, homogeneous shear: stress {stress:.8f}, eta1(rate) rate = {thinned * RATE:.8f} (within 1e-6)")
+    thinning_bound()
     print("Planar Poiseuille flow, n = 0.5: error of u over its largest, h = 1/16, 1/32, 1/64")
     for coupling in COUPLINGS:
         errors = []
