@@ -33,6 +33,23 @@ static herr_t AddToList(hid_t h5, const char *name, const H5L_info_t *info, void
   return 0;
 }
 
+/*
+  Opens an object and, as deep as *context says, those below it: HDF5 holds their headers against their checksums then. A file that others have added links
+  to may be deeper, or go round.
+*/
+static herr_t LookAt(hid_t group, const char *name, const H5L_info_t *info, void *context)
+{
+  int    below = *(const int *)context - 1;
+  hid_t  object;
+  herr_t status = 0;
+
+  if (info->type != H5L_TYPE_HARD) return 0;
+  object = H5Oopen(group, name, H5P_DEFAULT);
+  if (object < 0) return -1;
+  if (H5Iget_type(object) == H5I_GROUP && below > 0) status = H5Literate(object, H5_INDEX_NAME, H5_ITER_NATIVE, NULL, LookAt, &below);
+  return H5Oclose(object) < 0 ? -1 : status;
+}
+
 /* A step's part of fields.xmf, malloc'ed; NULL if it cannot be read. */
 static char *ReadXdmf(hid_t h5, const char *step)
 {
@@ -74,10 +91,12 @@ static PetscErrorCode Sort(DLMFieldFile file, const StepList *list, PetscInt kee
 
 PetscErrorCode DLMFieldFileReadCatalog(DLMFieldFile file, PetscInt keep_through, PetscBool *whole)
 {
-  StepList list = { 0, NULL };
+  StepList list  = { 0, NULL };
+  int      depth = 3; /* output, set of points, array */
 
   PetscFunctionBegin;
-  *whole = (PetscBool)(H5Literate(file->h5, H5_INDEX_NAME, H5_ITER_NATIVE, NULL, AddToList, &list) >= 0);
+  *whole = (PetscBool)(H5Literate(file->h5, H5_INDEX_NAME, H5_ITER_NATIVE, NULL, LookAt, &depth) >= 0);
+  if (*whole) *whole = (PetscBool)(H5Literate(file->h5, H5_INDEX_NAME, H5_ITER_NATIVE, NULL, AddToList, &list) >= 0);
   if (list.n) qsort(list.steps, (size_t)list.n, sizeof(*list.steps), Ascending);
   PetscCall(Sort(file, &list, keep_through, whole));
   free(list.steps);
