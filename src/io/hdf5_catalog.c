@@ -33,20 +33,32 @@ static herr_t AddToList(hid_t h5, const char *name, const H5L_info_t *info, void
   return 0;
 }
 
-/*
-  Opens an object and, as deep as *context says, those below it: HDF5 holds their headers against their checksums then. A file that others have added links
-  to may be deeper, or go round.
-*/
+/* Reads what an object consists of: HDF5 holds it against its checksums then. */
+static herr_t Inspect(hid_t object)
+{
+#if H5_VERSION_GE(1, 12, 0)
+  H5O_native_info_t info;
+
+  return H5Oget_native_info(object, &info, H5O_NATIVE_INFO_ALL);
+#else
+  H5O_info_t info;
+
+  return H5Oget_info2(object, &info, H5O_INFO_ALL);
+#endif
+}
+
+/* Inspects an object and, as deep as *context says, those below it. A file that others have added links to may be deeper, or go round. */
 static herr_t LookAt(hid_t group, const char *name, const H5L_info_t *info, void *context)
 {
   int    below = *(const int *)context - 1;
   hid_t  object;
-  herr_t status = 0;
+  herr_t status;
 
   if (info->type != H5L_TYPE_HARD) return 0;
   object = H5Oopen(group, name, H5P_DEFAULT);
   if (object < 0) return -1;
-  if (H5Iget_type(object) == H5I_GROUP && below > 0) status = H5Literate(object, H5_INDEX_NAME, H5_ITER_NATIVE, NULL, LookAt, &below);
+  status = Inspect(object);
+  if (status >= 0 && H5Iget_type(object) == H5I_GROUP && below > 0) status = H5Literate(object, H5_INDEX_NAME, H5_ITER_NATIVE, NULL, LookAt, &below);
   return H5Oclose(object) < 0 ? -1 : status;
 }
 
@@ -92,10 +104,10 @@ static PetscErrorCode Sort(DLMFieldFile file, const StepList *list, PetscInt kee
 PetscErrorCode DLMFieldFileReadCatalog(DLMFieldFile file, PetscInt keep_through, PetscBool *whole)
 {
   StepList list  = { 0, NULL };
-  int      depth = 3; /* output, set of points, array */
+  int      depth = 4; /* the file, output, set of points, array */
 
   PetscFunctionBegin;
-  *whole = (PetscBool)(H5Literate(file->h5, H5_INDEX_NAME, H5_ITER_NATIVE, NULL, LookAt, &depth) >= 0);
+  *whole = (PetscBool)(LookAt(file->h5, "/", &(H5L_info_t){ .type = H5L_TYPE_HARD }, &depth) >= 0);
   if (*whole) *whole = (PetscBool)(H5Literate(file->h5, H5_INDEX_NAME, H5_ITER_NATIVE, NULL, AddToList, &list) >= 0);
   if (list.n) qsort(list.steps, (size_t)list.n, sizeof(*list.steps), Ascending);
   PetscCall(Sort(file, &list, keep_through, whole));
