@@ -41,8 +41,8 @@ PETSC_EXTERN PetscErrorCode DLMLubricationKeepGaps(DLMLubrication *lubrication, 
 /* True if a sphere that is free, or fixed to a velocity, can come closer to a wall or another sphere. */
 PETSC_EXTERN PetscBool DLMBodiesCanMeet(const DLMScene *scene);
 
-/* Sets normal, slide, couple and roll from the width; other: radius of j, 0 for a wall; range: a length, from which on they are zero. */
-PETSC_EXTERN void DLMGapSetFriction(PetscReal viscosity, PetscReal radius, PetscReal other, PetscReal range, DLMGap *gap);
+/* Sets normal, slide, couple and roll from the width; h: of the mesh; other: radius of j, 0 for a wall; range: a length, from which on they are zero. */
+PETSC_EXTERN void DLMGapSetFriction(PetscReal viscosity, PetscReal h, PetscReal radius, PetscReal other, PetscReal range, DLMGap *gap);
 /* Adds the friction's force and torque (6 each) on i and j, for motions Ui and Uj (V, omega); load_j is NULL against a wall, whose Uj is not looked at. */
 PETSC_EXTERN void DLMGapAddLoads(const DLMGap *gap, const PetscReal Ui[6], const PetscReal *Uj, PetscReal load_i[6], PetscReal *load_j);
 /* matrix[12 x 12]: minus the loads on (i, j) by their motions (against a wall the first 6 x 6, the rest zero). */

@@ -4,8 +4,8 @@
 
     dlmfd_calibrate > docs/calibration.csv                       the table, about a quarter of an hour on one core
     dlmfd_calibrate -radii 3,4.8 -positions 4 -pairing_degree 3  another cover: any key -pairing_... takes the table's place
-    dlmfd_calibrate -fit                                         the rows of src/spheres/cover.c, a few minutes; with -radii, only theirs;
-                                                                 -pairing_compliance in place of the table's
+    dlmfd_calibrate -fit                                         the rows of src/spheres/cover.c, ten minutes; with -radii, only theirs;
+                                                                 -pairing_compliance, -pairing_degree in place of the table's
 
   The box is 2 x 2 x 2, periodic in x1 and x2. A force along x2, a torque about x3 and a shear in the x1-x3 plane act at once; by symmetry
   they do not disturb each other, but the mesh is less symmetric, so none may be much stronger than the others.
@@ -159,7 +159,7 @@ static PetscErrorCode Sweep(Setup *s, PetscReal r, PetscInt positions, Spread *s
   stresslet take away what is too large. A slip of kappa per traction shortens the radius by kappa (torque) and 5/3 kappa (stresslet), times the fourth
   power of the ratio of the sphere's radius to that of its points.
 */
-static PetscErrorCode Fit(Setup *s, PetscReal r, PetscReal compliance, PetscInt positions)
+static PetscErrorCode Fit(Setup *s, PetscReal r, PetscReal compliance, PetscReal degree, PetscInt positions)
 {
   DLMScene *scene = s->scene;
   DLMCover  cover;
@@ -168,7 +168,7 @@ static PetscErrorCode Fit(Setup *s, PetscReal r, PetscReal compliance, PetscInt 
   PetscFunctionBeginUser;
   SetCover(scene, &table[0]);
   PetscCall(DLMPairingGetCover(scene, r * scene->h, &cover));
-  scene->pairing_degree            = cover.degree;
+  scene->pairing_degree            = degree > 0.0 ? degree : cover.degree;
   scene->pairing_compliance        = compliance;
   scene->pairing_retraction        = 0.5;
   scene->pairing_spin_compliance   = 0.0;
@@ -242,7 +242,7 @@ static PetscErrorCode UseMesh(Setup *s, PetscReal resolution)
 /* Mesh for a radius in h: fine enough that the sphere stays small beside the box. */
 static PetscReal Resolution(PetscReal r)
 {
-  return r <= 3.0 ? 24.0 : (r <= 4.0 ? 32.0 : 48.0);
+  return r <= 3.0 ? 24.0 : (r <= 4.0 ? 32.0 : (r <= 8.0 ? 48.0 : 72.0));
 }
 
 /* True if the command line names a cover. */
@@ -277,21 +277,22 @@ static PetscErrorCode FixScene(void)
 /* The rows of src/spheres/cover.c, or those of the given radii; -pairing_compliance takes the place of the chosen ones. */
 static PetscErrorCode FitTable(Setup *s, PetscInt n_radii, const PetscReal *radii, PetscInt positions)
 {
-  static const PetscReal chosen[][2] = { { 1.5, 0.1 }, { 1.9, 0.1 }, { 2.2, 0.1 }, { 2.43, 0.1 }, { 2.68, 0.1 }, { 3.05, 0.1 },
-                                         { 3.5, 0.2 }, { 4.1, 0.3 }, { 4.8, 0.45 }, { 5.7, 0.6 }, { 6.75, 0.7 }, { 8.0, 0.85 } }; /* a/h, compliance */
+  static const PetscReal chosen[][2] = { { 1.5, 0.1 }, { 1.9, 0.1 }, { 2.2, 0.1 }, { 2.43, 0.1 }, { 2.68, 0.1 }, { 2.9, 0.08 }, { 3.2, 0.05 }, { 3.5, 0.05 },
+                                         { 4.1, 0.05 }, { 4.8, 0.05 }, { 5.7, 0.05 }, { 6.75, 0.05 }, { 8.0, 0.05 }, { 12.0, 0.05 } }; /* a/h, compliance */
 
-  PetscReal              compliance;
+  PetscReal              compliance, degree = DLM_AUTO;
   PetscBool              given;
 
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsGetReal(NULL, NULL, "-pairing_compliance", &compliance, &given));
+  PetscCall(PetscOptionsGetReal(NULL, NULL, "-pairing_degree", &degree, NULL));
   for (size_t i = 0; i < PETSC_STATIC_ARRAY_LENGTH(chosen); i++) {
     PetscBool wanted = n_radii ? PETSC_FALSE : PETSC_TRUE;
 
     for (PetscInt k = 0; k < n_radii; k++) wanted = wanted || radii[k] == chosen[i][0];
     if (!wanted) continue;
     PetscCall(UseMesh(s, Resolution(chosen[i][0])));
-    PetscCall(Fit(s, chosen[i][0], given ? compliance : chosen[i][1], positions));
+    PetscCall(Fit(s, chosen[i][0], given ? compliance : chosen[i][1], degree, positions));
   }
   PetscFunctionReturn(0);
 }

@@ -11,43 +11,44 @@ static void Cross(const PetscReal x[3], const PetscReal y[3], PetscReal z[3])
   for (int c = 0; c < 3; c++) z[c] = x[(c + 1) % 3] * y[(c + 2) % 3] - x[(c + 2) % 3] * y[(c + 1) % 3];
 }
 
-/*
-  (L4) The gap that the mesh and the cover make of a gap: (gap^power + (width (a + b))^power)^(1/power), a and b the radii, b = 0 against a wall.
-  Measured (docs/close_pairs.md).
-*/
+/* (L4) The gap that the mesh makes of a gap: (gap^power + width^power)^(1/power). Measured (docs/close_pairs.md). */
+typedef struct {
+  PetscReal per_h, per_reduced, power; /* width over h and over the reduced radius */
+} Measured;
+
 typedef struct {
   PetscReal width, power;
 } Seen;
 
 enum { NORMAL, SLIDE, ROLL, KINDS };
 
-static const Seen seen_by_pair[KINDS] = { { 0.104, 1.5 }, { 0.043, 1.5 }, { 0.068, 1.25 } };
-static const Seen seen_by_wall[KINDS] = { { 0.108, 2.2 }, { 0.055, 1.5 }, { 0.080, 1.5 } };
+static const Measured seen_by_pair[KINDS] = { { 0.457, 0.102, 1.67 }, { 0.245, 0.0, 1.38 }, { 0.316, 0.039, 1.34 } };
+static const Measured seen_by_wall[KINDS] = { { 0.181, 0.060, 2.34 }, { 0.159, 0.0, 1.37 }, { 0.210, 0.012, 1.46 } };
 
-static PetscReal SeenGap(const Seen *seen, PetscReal radii, PetscReal gap)
+static PetscReal SeenGap(Seen seen, PetscReal gap)
 {
-  return PetscPowReal(PetscPowReal(gap, seen->power) + PetscPowReal(seen->width * radii, seen->power), 1.0 / seen->power);
+  return PetscPowReal(PetscPowReal(gap, seen.power) + PetscPowReal(seen.width, seen.power), 1.0 / seen.power);
 }
 
 /* What the mesh misses of 1/gap and of log(1/gap), zero from the range on. */
-static PetscReal MissingPole(const Seen *seen, PetscReal radii, PetscReal gap, PetscReal range)
+static PetscReal MissingPole(Seen seen, PetscReal gap, PetscReal range)
 {
-  return 1.0 / gap - 1.0 / SeenGap(seen, radii, gap) - (1.0 / range - 1.0 / SeenGap(seen, radii, range));
+  return 1.0 / gap - 1.0 / SeenGap(seen, gap) - (1.0 / range - 1.0 / SeenGap(seen, range));
 }
 
-static PetscReal MissingLog(const Seen *seen, PetscReal radii, PetscReal gap, PetscReal range)
+static PetscReal MissingLog(Seen seen, PetscReal gap, PetscReal range)
 {
-  return PetscLogReal(SeenGap(seen, radii, gap) / gap) - PetscLogReal(SeenGap(seen, radii, range) / range);
+  return PetscLogReal(SeenGap(seen, gap) / gap) - PetscLogReal(SeenGap(seen, range) / range);
 }
 
 /* Narrower gaps (and overlaps) count as this one, in reduced radii. */
 static const PetscReal narrowest = 1e-5;
 
 /* (L3) The factors of the singular terms (Jeffrey and Onishi 1984); sliding and rolling are coupled for unequal radii only. */
-void DLMGapSetFriction(PetscReal viscosity, PetscReal radius, PetscReal other, PetscReal range, DLMGap *gap)
+void DLMGapSetFriction(PetscReal viscosity, PetscReal h, PetscReal radius, PetscReal other, PetscReal range, DLMGap *gap)
 {
-  const Seen     *seen = other > 0.0 ? seen_by_pair : seen_by_wall;
-  const PetscReal k = other > 0.0 ? radius / other : 0.0, k1 = 1.0 + k, reduced = radius / k1, radii = radius + other, scale = PETSC_PI * viscosity;
+  const Measured *measured = other > 0.0 ? seen_by_pair : seen_by_wall;
+  const PetscReal k = other > 0.0 ? radius / other : 0.0, k1 = 1.0 + k, reduced = radius / k1, scale = PETSC_PI * viscosity;
   const PetscReal pole = 6.0 * reduced * reduced, squeeze = 6.0 / 5.0 * radius * (k * k + 7.0 * k + 1.0) / (k1 * k1 * k1);
   const PetscReal slide = 8.0 / 5.0 * radius * (2.0 * k * k + k + 2.0) / (k1 * k1 * k1);
   const PetscReal couple = 4.0 / 5.0 * radius * radius * (4.0 * k + 1.0) / (k1 * k1) - radius * slide;
@@ -56,8 +57,10 @@ void DLMGapSetFriction(PetscReal viscosity, PetscReal radius, PetscReal other, P
 
   gap->normal = gap->slide = gap->couple = gap->roll = 0.0;
   if (width >= range) return;
-  const PetscReal sliding = MissingLog(&seen[SLIDE], radii, width, range), rolling = MissingLog(&seen[ROLL], radii, width, range);
-  gap->normal = scale * (pole * MissingPole(&seen[NORMAL], radii, width, range) + squeeze * MissingLog(&seen[NORMAL], radii, width, range));
+  Seen seen[KINDS];
+  for (int kind = 0; kind < KINDS; kind++) seen[kind] = (Seen){ measured[kind].per_h * h + measured[kind].per_reduced * reduced, measured[kind].power };
+  const PetscReal sliding = MissingLog(seen[SLIDE], width, range), rolling = MissingLog(seen[ROLL], width, range);
+  gap->normal = scale * (pole * MissingPole(seen[NORMAL], width, range) + squeeze * MissingLog(seen[NORMAL], width, range));
   gap->slide  = scale * slide * sliding;
   gap->roll   = scale * roll * rolling;
   gap->couple = scale * couple * PetscMin(rolling, 1.6 * PetscSqrtReal(sliding * rolling)); /* at most 1.63: couple^2 <= slide roll */

@@ -91,7 +91,7 @@ static PetscErrorCode AddPair(DLMLubrication *lubrication, DLMSpheres spheres, P
   distance = PetscSqrtReal(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
   *gap     = (DLMGap){ .i = i, .j = j, .width = distance - a - b, .arm = { distance * a / (a + b), distance * b / (a + b) } };
   for (int c = 0; c < 3; c++) gap->e[c] = d[c] / distance;
-  DLMGapSetFriction(scene->fluid_viscosity, a, b, 0.5 * lubrication->range * (a + b), gap);
+  DLMGapSetFriction(scene->fluid_viscosity, scene->h, a, b, 0.5 * lubrication->range * (a + b), gap);
   lubrication->n += gap->normal > 0.0;
   PetscFunctionReturn(0);
 }
@@ -107,7 +107,7 @@ static void AddWall(DLMLubrication *lubrication, DLMSpheres spheres, PetscInt i,
   *gap      = (DLMGap){ .i = i, .j = -1, .width = (side ? grid->cells[d] * grid->h - x : x) - a, .arm = { a, 0.0 } };
   gap->e[d] = side ? 1.0 : -1.0;
   for (int c = 0; c < 3; c++) gap->wall[c] = scene->wall_velocity[d][side][c];
-  DLMGapSetFriction(scene->fluid_viscosity, a, 0.0, 0.5 * lubrication->range * a, gap);
+  DLMGapSetFriction(scene->fluid_viscosity, scene->h, a, 0.0, 0.5 * lubrication->range * a, gap);
   lubrication->n += gap->normal > 0.0;
 }
 

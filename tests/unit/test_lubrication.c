@@ -6,7 +6,7 @@ static DLMGap Gap(double a, double b, double width, double range)
 {
   DLMGap gap = { .i = 0, .j = b > 0.0 ? 1 : -1, .width = width, .e = { 0.0, 0.0, 1.0 }, .arm = { a, b } };
 
-  DLMGapSetFriction(1.0, a, b, range, &gap);
+  DLMGapSetFriction(1.0, 0.6 * a, a, b, range, &gap); /* a coarse mesh */
   return gap;
 }
 
@@ -53,6 +53,18 @@ static void FrictionEndsAtTheRange(void **state)
         last[c] = now[c];
       }
     }
+  }
+}
+
+/* (L4) What is missing falls with h: the log of it by log 2 where h is halved, once the gap is far below h; in a gap of several h almost nothing is missing. */
+static void AFinerMeshMissesLess(void **state)
+{
+  for (int wall = 0; wall < 2; wall++) {
+    DLMGap gap[3] = { { .width = 1e-4 }, { .width = 1e-4 }, { .width = 0.1 } };
+    for (int k = 0; k < 3; k++) DLMGapSetFriction(1.0, (double[3]){ 0.1, 0.05, 0.01 }[k], 1.0, wall ? 0.0 : 1.0, 0.75, &gap[k]);
+    AssertNear(gap[0].slide - gap[1].slide, (wall ? 3.2 : 1.0) * PETSC_PI * log(2.0), 0.06 * (wall ? 3.2 : 1.0));
+    assert_true(gap[1].normal < gap[0].normal && gap[1].roll < gap[0].roll);
+    assert_true(gap[2].slide < 0.02 * gap[0].slide);
   }
 }
 
@@ -268,6 +280,7 @@ static void LongStepsKeepGaps(void **state)
 static const struct CMUnitTest tests[] = {
   cmocka_unit_test(NarrowGapsResistLikeExactSpheres),
   cmocka_unit_test(FrictionEndsAtTheRange),
+  cmocka_unit_test(AFinerMeshMissesLess),
   cmocka_unit_test(FrictionIsSymmetricAndNeverDrives),
   cmocka_unit_test(RigidMotionsOfThePairAreFree),
   cmocka_unit_test(ActionIsReaction),

