@@ -274,7 +274,7 @@ static PetscErrorCode FixScene(void)
   PetscFunctionReturn(0);
 }
 
-/* The rows of src/spheres/cover.c, or those of the given radii; -pairing_compliance takes the place of the chosen ones. */
+/* The rows of src/spheres/cover.c, or those of the given radii; -pairing_compliance and -pairing_degree take the place of the chosen ones. */
 static PetscErrorCode FitTable(Setup *s, PetscInt n_radii, const PetscReal *radii, PetscInt positions)
 {
   static const PetscReal chosen[][2] = { { 1.5, 0.1 }, { 1.9, 0.1 }, { 2.2, 0.1 }, { 2.43, 0.1 }, { 2.68, 0.1 }, { 2.9, 0.08 }, { 3.2, 0.05 }, { 3.5, 0.05 },
