@@ -340,6 +340,6 @@ static PetscErrorCode Calibrate(void)
 
 int main(int argc, char **argv)
 {
-  if (PetscInitialize(&argc, &argv, NULL, NULL) || Calibrate()) return 1;
+  if (DLMInitialize(argc, argv, NULL) || Calibrate()) return 1;
   return PetscFinalize();
 }

@@ -210,6 +210,6 @@ static PetscErrorCode MeasureAll(void)
 
 int main(int argc, char **argv)
 {
-  if (PetscInitialize(&argc, &argv, NULL, NULL) || MeasureAll()) return 1;
+  if (DLMInitialize(argc, argv, NULL) || MeasureAll()) return 1;
   return PetscFinalize();
 }

@@ -108,11 +108,26 @@ static char **KeepPlainArguments(int argc, char **argv, int *n)
   return kept;
 }
 
+/*
+  A process that no launcher started needs neither the daemon that Open MPI would start beside it nor a folder of sockets: without the daemon all such processes have one
+  folder, and delete it under each other. What the user sets wins; other MPIs do not read these.
+*/
+static void StandAlone(void)
+{
+  static const char *const launched[] = { "OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK" };
+
+  for (size_t k = 0; k < sizeof(launched) / sizeof(*launched); k++)
+    if (getenv(launched[k])) return;
+  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+  setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
+}
+
 PetscErrorCode DLMInitialize(int argc, char **argv, const char help[])
 {
   static char **kept; /* PETSc keeps a pointer to it */
   static int    n;
 
+  StandAlone();
   kept = KeepPlainArguments(argc, argv, &n);
   return kept ? PetscInitialize(&n, &kept, NULL, help) : PETSC_ERR_MEM;
 }
