@@ -30,6 +30,8 @@ typedef struct {
   PetscReal velocity_time, velocity_time_before; /* those of the last velocities */
   PetscInt  n_velocities;            /* how many of the two are known */
   PetscInt  mirror;                  /* which way the last advection cut the cubes */
+  PetscReal *near;                   /* flows near the spheres that belong to the last velocity, the same on every rank; borrowed */
+  PetscInt  n_near;                  /* numbers in them; 0 unless the rule for C is stokes */
 } DLMPolymerState;
 
 /* Means of the extra stress (V3, with the fluid parts of V7): symmetric tensors 11, 22, 33, 12, 13, 23, the same on every rank. */
@@ -72,7 +74,7 @@ PETSC_EXTERN PetscErrorCode DLMPolymerGetHealth(DLMPolymer polymer, DLMPolymerHe
 PETSC_EXTERN PetscErrorCode DLMPolymerKeep(DLMPolymer polymer);
 PETSC_EXTERN PetscErrorCode DLMPolymerBringBack(DLMPolymer polymer);
 /*
-  For checkpoints. The vectors of GetState may be written to; SetState then takes the numbers, the rate of deformation D of the velocity before the last one
+  For checkpoints. The vectors and arrays of GetState may be written to; SetState then takes the numbers, the rate of deformation D of the velocity before the last one
   (laid out like C; read if two velocities are known) and the last velocity (as for SetVelocity; read if one is known). C follows by
   DLMPolymerGetConformation. Collective.
 */

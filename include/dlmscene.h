@@ -14,7 +14,7 @@ typedef enum { DLM_POINTS_VOLUME, DLM_POINTS_SURFACE } DLMPointSet;
 typedef enum { DLM_FLUID_NEWTONIAN, DLM_FLUID_OLDROYD_B, DLM_FLUID_UCM, DLM_FLUID_CARREAU } DLMFluidModel;
 typedef enum { DLM_FORM_FACTOR, DLM_FORM_LOG } DLMPolymerForm;
 typedef enum { DLM_COUPLING_EXPLICIT, DLM_COUPLING_BOTH_SIDES } DLMCoupling;
-typedef enum { DLM_INSIDE_IDENTITY, DLM_INSIDE_EVOLVE, DLM_INSIDE_EXTEND } DLMInside;
+typedef enum { DLM_INSIDE_IDENTITY, DLM_INSIDE_EVOLVE, DLM_INSIDE_EXTEND, DLM_INSIDE_STOKES, DLM_INSIDE_AUTO } DLMInside;
 typedef enum { DLM_ACCURACY_NONE, DLM_ACCURACY_DRAFT, DLM_ACCURACY_STANDARD, DLM_ACCURACY_FINE, DLM_ACCURACY_REFERENCE } DLMAccuracy;
 typedef enum { DLM_PLANE_12, DLM_PLANE_13, DLM_PLANE_23 } DLMPlane;
 typedef enum { DLM_LUBRICATION_FALSE, DLM_LUBRICATION_TRUE, DLM_LUBRICATION_AUTO } DLMLubricationChoice;
@@ -81,7 +81,7 @@ typedef struct {
 
   DLMPolymerForm polymer_form;        /* what is advected: Cholesky factor or logarithm of C */
   DLMCoupling    polymer_coupling;
-  DLMInside      polymer_inside;      /* C inside the spheres */
+  DLMInside      polymer_inside;      /* C in and next to the spheres; the check resolves DLM_INSIDE_AUTO */
   PetscReal      polymer_stress_offset; /* the extra stress counts from this far outside a surface on, in h; DLM_AUTO; 0: everywhere */
   PetscReal      polymer_courant;     /* bound of an advection sub-step */
   PetscReal      polymer_mode_amplitude; /* C starts as I + amplitude sin(2 pi number x3/L3) in one plane */

@@ -13,7 +13,7 @@
 #include <petscdmda.h>
 #include <hdf5.h>
 
-enum { DLM_CHECKPOINT_FORMAT = 2, DLM_CHECKPOINT_HEAD = 512, DLM_CHECKPOINT_TEXT = 256 };
+enum { DLM_CHECKPOINT_FORMAT = 3, DLM_CHECKPOINT_HEAD = 512, DLM_CHECKPOINT_TEXT = 256 };
 
 typedef struct {
   MPI_Comm  comm;

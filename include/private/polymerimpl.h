@@ -4,6 +4,7 @@
 #include "../dlmpolymer.h"
 #include "gridimpl.h"
 #include "lag.h"
+#include "lamb.h"
 #include "rheology.h"
 #include "stressgrad.h"
 #include "tensor.h"
@@ -28,6 +29,17 @@ typedef struct {
 typedef struct {
   PetscInt  own;
   PetscReal part;
+} DLMFluidPart;
+
+/* Stokes's flow past a sphere (nearflow.c), of the last velocity: where the sphere was then, its motion, and the amplitudes of lamb.h, lengths in radii. */
+typedef struct {
+  PetscReal center[3], velocity[3], omega[3], mode[DLM_LAMB_MODES];
+} DLMNearFlow;
+
+/* A node near a sphere: at i[3] of the ghosted arrays, x[3] from the centre, at a distance from the surface (negative inside). */
+typedef struct {
+  PetscInt  sphere, i[3];
+  PetscReal x[3], distance;
 } DLMNearNode;
 
 struct _p_DLMPolymer {
@@ -48,8 +60,9 @@ struct _p_DLMPolymer {
   double            *scratch; /* owned: 4 n */
   double            *line;    /* work of the advection */
   char              *inside;  /* ghosted: layer inside a sphere (inside.c), 0 outside */
-  PetscInt           n_near, near_capacity;
-  DLMNearNode       *near;
+  PetscInt           n_parts, parts_capacity;
+  DLMFluidPart      *parts;
+  DLMNearFlow       *near_flow[2]; /* of every sphere, for the gradient of the same buffer; NULL: the mesh's flow carries C everywhere */
   double            *inside_stress; /* 6 per sphere: DLMPolymerGetInsideStress */
   PetscReal          implicit_viscosity, growing; /* of the operator that the next force belongs to; part of the polymer's viscosity that grows within a step */
   PetscReal          stress_offset; /* the stress counts from a + stress_offset h on; 0: everywhere, inside the spheres too */
@@ -96,13 +109,20 @@ static const int DLMEntryIJ[6] = { 0, 4, 8, 1, 2, 5 }, DLMEntryJI[6] = { 0, 4, 8
 typedef void (*DLMLineVisit)(DLMPolymer polymer, const DLMKuhnRow *row, PetscInt own, PetscInt ghost, PetscInt n, PetscBool wall, void *context);
 PETSC_INTERN void DLMPolymerLines(DLMPolymer polymer, DLMLineVisit visit, void *context);
 /*
-  surface.c: visits every ghosted node, at i[3] of the ghosted arrays, whose distance from a sphere's surface (negative inside) is below reach, once for
-  each such sphere.
+  surface.c: visits every ghosted node whose distance from a sphere's surface is below reach, once for each such sphere; the centres are those of flow, or
+  the present ones if that is NULL.
 */
-typedef PetscErrorCode (*DLMNearVisit)(DLMPolymer polymer, PetscInt sphere, const PetscInt i[3], PetscReal distance);
-PETSC_INTERN PetscErrorCode DLMPolymerVisitNear(DLMPolymer polymer, PetscReal reach, DLMNearVisit visit);
+typedef PetscErrorCode (*DLMNearVisit)(DLMPolymer polymer, const DLMNearNode *node, void *context);
+PETSC_INTERN PetscErrorCode DLMPolymerVisitNear(DLMPolymer polymer, const DLMNearFlow *flow, PetscReal reach, DLMNearVisit visit, void *context);
+/*
+  nearflow.c: if the scene's rule for C asks for it, fits the near flows to the velocity in u (known: they are there already) and puts them, and their
+  gradients, into u and g. Overwrites r[0], r[1]. Collective.
+*/
+PETSC_INTERN PetscErrorCode DLMPolymerNearFlow(DLMPolymer polymer, PetscBool known);
+/* nearflow.c: under the same rule, what C holds along the normal inside the spheres <- 1. Not collective. */
+PETSC_INTERN PetscErrorCode DLMPolymerPinNear(DLMPolymer polymer);
 /* surface.c: finds the nodes near the spheres' present surfaces; weighs the owned planar tensor T by their fluid part. */
-PETSC_INTERN PetscErrorCode DLMPolymerFindNear(DLMPolymer polymer);
+PETSC_INTERN PetscErrorCode DLMPolymerFindParts(DLMPolymer polymer);
 PETSC_INTERN void           DLMPolymerWeighStress(DLMPolymer polymer, double *const T[6]);
 /*
   coupling.c: the owned planar tensor T <- what the stress of C holds beyond the implicit operator's part; ahead: weight of the velocity's extrapolation
@@ -111,6 +131,8 @@ PETSC_INTERN void           DLMPolymerWeighStress(DLMPolymer polymer, double *co
 PETSC_INTERN PetscErrorCode DLMPolymerExtraStress(DLMPolymer polymer, PetscReal ahead, double *const T[6]);
 /* sums.c: inside_stress from the extra stress in the owned arrays r. Collective. */
 PETSC_INTERN PetscErrorCode DLMPolymerSumInside(DLMPolymer polymer);
+/* coupling.c: as DLMPolymerSetVelocity, but for the near flow. */
+PETSC_INTERN PetscErrorCode DLMPolymerTakeVelocity(DLMPolymer polymer, PetscReal time, Vec x);
 /* keep.c: makes the other gradient buffer the present one. */
 PETSC_INTERN void DLMPolymerTurnGradient(DLMPolymer polymer);
 /* owned[k] -> ghosted[k], n fields. Collective. */

@@ -6,7 +6,7 @@ static PetscErrorCode DescribeScene(DLMSimulation sim, PetscInt k, const char **
 {
   const DLMScene *s       = sim->scene;
   const PetscReal values[] = { s->pairing_spacing, s->pairing_degree, s->pairing_retraction };
-  static const char *const keys[] = { "-box_size", "-box_periodic", "-grid_resolution", "-fluid_model", "-polymer_form", "-pairing_type", "-pairing_points",
+  static const char *const keys[] = { "-box_size", "-box_periodic", "-grid_resolution", "-fluid_model", "-polymer_form", "-polymer_inside", "-pairing_type", "-pairing_points",
                                       "-pairing_spacing", "-pairing_degree", "-pairing_retraction", "number of spheres", "mean wall velocity", NULL };
 
   PetscFunctionBegin;
@@ -18,16 +18,17 @@ static PetscErrorCode DescribeScene(DLMSimulation sim, PetscInt k, const char **
   case 2: PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%.15g", (double)s->grid_resolution)); break;
   case 3: PetscCall(PetscStrncpy(text, DLMFluidModels[s->fluid_model], DLM_CHECKPOINT_TEXT)); break;
   case 4: PetscCall(PetscStrncpy(text, s->fluid_model ? DLMPolymerForms[s->polymer_form] : "none", DLM_CHECKPOINT_TEXT)); break;
-  case 5: PetscCall(PetscStrncpy(text, DLMPairingTypes[s->pairing_type], DLM_CHECKPOINT_TEXT)); break;
-  case 6: PetscCall(PetscStrncpy(text, DLMPointSets[s->pairing_points], DLM_CHECKPOINT_TEXT)); break;
-  case 7:
+  case 5: PetscCall(PetscStrncpy(text, s->fluid_model ? DLMInsides[s->polymer_inside] : "none", DLM_CHECKPOINT_TEXT)); break;
+  case 6: PetscCall(PetscStrncpy(text, DLMPairingTypes[s->pairing_type], DLM_CHECKPOINT_TEXT)); break;
+  case 7: PetscCall(PetscStrncpy(text, DLMPointSets[s->pairing_points], DLM_CHECKPOINT_TEXT)); break;
   case 8:
   case 9:
-    if (values[k - 7] == DLM_AUTO) PetscCall(PetscStrncpy(text, "auto", DLM_CHECKPOINT_TEXT));
-    else PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%.15g", (double)values[k - 7]));
+  case 10:
+    if (values[k - 8] == DLM_AUTO) PetscCall(PetscStrncpy(text, "auto", DLM_CHECKPOINT_TEXT));
+    else PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%.15g", (double)values[k - 8]));
     break;
-  case 10: PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%" PetscInt_FMT, s->n_spheres)); break;
-  case 11:
+  case 11: PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%" PetscInt_FMT, s->n_spheres)); break;
+  case 12:
     PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%.15g,%.15g,%.15g", (double)sim->frame_velocity[0], (double)sim->frame_velocity[1], (double)sim->frame_velocity[2]));
     break;
   }
@@ -214,6 +215,7 @@ static PetscErrorCode MovePolymer(DLMCheckpointFile *file, DLMSimulation sim)
   PetscCall(DLMCheckpointReals(file, "polymer/velocity_time", 1, &state.velocity_time));
   PetscCall(DLMCheckpointReals(file, "polymer/velocity_time_before", 1, &state.velocity_time_before));
   PetscCall(DLMCheckpointInts(file, "polymer/mirror", 1, &state.mirror));
+  if (state.n_near > 0) PetscCall(DLMCheckpointReals(file, "polymer/near_flow", state.n_near, state.near));
   if (state.n_forces > 0) PetscCall(MoveVec(file, "polymer/force_now", velocity, state.force_now));
   if (state.n_forces > 1) PetscCall(MoveVec(file, "polymer/force_before", velocity, state.force_before));
   if (state.n_velocities > 1 && file->writing) PetscCall(DLMPolymerGetRateBefore(sim->polymer, rate));

@@ -110,7 +110,8 @@ static PetscErrorCode SetStart(DLMPolymer p)
 
 PetscErrorCode DLMPolymerCreate(DLMGrid grid, DLMSpheres spheres, const DLMScene *scene, DLMPolymer *new_polymer)
 {
-  DLMPolymer p;
+  static const PetscReal offsets[] = { [DLM_INSIDE_EXTEND] = 0.75, [DLM_INSIDE_STOKES] = 0.1 }; /* calibrated (docs/theory.md, V7, V8) */
+  DLMPolymer             p;
 
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&p));
@@ -123,10 +124,10 @@ PetscErrorCode DLMPolymerCreate(DLMGrid grid, DLMSpheres spheres, const DLMScene
   PetscCall(FillBlock(p));
   DLMKuhnRowsFill(grid->h, p->rows);
   p->stress_offset = scene->polymer_stress_offset;
-  if (p->stress_offset == DLM_AUTO) /* where C runs free in the layer that is left out, high Wi blows up */
-    p->stress_offset = scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES && scene->polymer_inside == DLM_INSIDE_EXTEND ? 0.75 : 0.0;
+  if (p->stress_offset == DLM_AUTO) p->stress_offset = scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES ? offsets[scene->polymer_inside] : 0.0;
   PetscCall(CreateArrays(p));
   PetscCall(PetscCalloc1(6 * scene->n_spheres, &p->inside_stress));
+  for (int k = 0; k < 2 && spheres && scene->polymer_inside == DLM_INSIDE_STOKES; k++) PetscCall(PetscCalloc1(scene->n_spheres, &p->near_flow[k]));
   PetscCall(SetStart(p));
   p->health.sound = PETSC_TRUE;
   *new_polymer    = p;
@@ -147,7 +148,8 @@ PetscErrorCode DLMPolymerDestroy(DLMPolymer *pointer)
   PetscCall(VecDestroy(&p->owned));
   PetscCall(VecDestroy(&p->local));
   PetscCall(DMDestroy(&p->dm));
-  PetscCall(PetscFree(p->near));
+  PetscCall(PetscFree(p->parts));
+  for (int k = 0; k < 2; k++) PetscCall(PetscFree(p->near_flow[k]));
   PetscCall(PetscFree(p->inside_stress));
   PetscCall(PetscFree6(p->gradient[0], p->gradient[1], p->ghosted, p->scratch, p->line, p->inside));
   PetscCall(PetscFree(*pointer));

@@ -2,7 +2,7 @@
 #include "../../include/private/polymerimpl.h"
 
 /* The velocity of x, interleaved with two ghost layers, as planar arrays with one. */
-static PetscErrorCode TakeVelocity(DLMPolymer p, Vec x)
+static PetscErrorCode ReadVelocity(DLMPolymer p, Vec x)
 {
   const DLMPolymerBlock *b = &p->block;
   const PetscScalar     *all;
@@ -43,10 +43,10 @@ static void GradientVisit(DLMPolymer p, const DLMKuhnRow *row, PetscInt own, Pet
   DLMGradientLine(row, p->block.stride, n, u, g);
 }
 
-PetscErrorCode DLMPolymerSetVelocity(DLMPolymer p, PetscReal time, Vec x)
+PetscErrorCode DLMPolymerTakeVelocity(DLMPolymer p, PetscReal time, Vec x)
 {
-  PetscFunctionBeginUser;
-  PetscCall(TakeVelocity(p, x));
+  PetscFunctionBegin;
+  PetscCall(ReadVelocity(p, x));
   if (!p->fresh) {
     DLMPolymerTurnGradient(p);
     p->velocity_time_before = p->velocity_time;
@@ -55,6 +55,14 @@ PetscErrorCode DLMPolymerSetVelocity(DLMPolymer p, PetscReal time, Vec x)
   p->fresh = PETSC_TRUE;
   DLMPolymerLines(p, GradientVisit, NULL);
   p->velocity_time = time;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMPolymerSetVelocity(DLMPolymer p, PetscReal time, Vec x)
+{
+  PetscFunctionBeginUser;
+  PetscCall(DLMPolymerTakeVelocity(p, time, x));
+  PetscCall(DLMPolymerNearFlow(p, PETSC_FALSE));
   PetscFunctionReturn(0);
 }
 
@@ -273,7 +281,7 @@ PetscErrorCode DLMPolymerGetWork(DLMPolymer p, Vec u, PetscReal *stress_work, Pe
   PetscCall(DLMPolymerExtraStress(p, 0.0, T));
   PetscCall(Divergence(p, T, f));
   PetscCall(VecDot(f, u, stress_work));
-  PetscCall(DLMPolymerSetVelocity(p, p->velocity_time, u));
+  PetscCall(DLMPolymerTakeVelocity(p, p->velocity_time, u));
   DLMPolymerLines(p, DLMPolymerMassVisit, mass);
   for (PetscInt x = 0; x < n; x++)
     sum -= mass[x] * (T[0][x] * p->g[0][x] + T[1][x] * p->g[4][x] + T[2][x] * p->g[8][x] + T[3][x] * (p->g[1][x] + p->g[3][x]) +

@@ -10,10 +10,10 @@ static PetscReal Rim(DLMPolymer p)
 }
 
 /* 1 in the layer of depth h below the rim, 2 in the next one, 3 deeper; a node in two spheres takes the deeper mark. */
-static PetscErrorCode Mark(DLMPolymer p, PetscInt sphere, const PetscInt i[3], PetscReal distance)
+static PetscErrorCode Mark(DLMPolymer p, const DLMNearNode *node, void *context)
 {
-  char     *mark  = &p->inside[i[0] + p->block.stride[1] * i[1] + p->block.stride[2] * i[2]];
-  const int layer = 1 + (int)PetscMin(2.0, (Rim(p) - distance) / p->grid->h);
+  char     *mark  = &p->inside[node->i[0] + p->block.stride[1] * node->i[1] + p->block.stride[2] * node->i[2]];
+  const int layer = 1 + (int)PetscMin(2.0, (Rim(p) - node->distance) / p->grid->h);
 
   *mark = (char)PetscMax(*mark, layer);
   return 0;
@@ -68,10 +68,11 @@ PetscErrorCode DLMPolymerSetInside(DLMPolymer p)
   const DLMInside rule = p->scene->polymer_inside;
 
   PetscFunctionBeginUser;
-  PetscCall(DLMPolymerFindNear(p));
-  if (!p->spheres || rule == DLM_INSIDE_EVOLVE) PetscFunctionReturn(0);
+  PetscCall(DLMPolymerFindParts(p));
+  PetscCall(DLMPolymerPinNear(p));
+  if (!p->spheres || (rule != DLM_INSIDE_IDENTITY && rule != DLM_INSIDE_EXTEND)) PetscFunctionReturn(0);
   PetscCall(PetscArrayzero(p->inside, p->block.n_ghosted));
-  PetscCall(DLMPolymerVisitNear(p, Rim(p), Mark));
+  PetscCall(DLMPolymerVisitNear(p, NULL, Rim(p), Mark, NULL));
   PetscCall(DLMPolymerCheckOut(p));
   DLMPolymerLines(p, ResetVisit, &(Layer){ p->c, rule == DLM_INSIDE_IDENTITY ? 1 : 3 });
   if (rule == DLM_INSIDE_EXTEND) PetscCall(Extend(p));

@@ -44,7 +44,8 @@ PetscErrorCode DLMPolymerGetState(DLMPolymer p, DLMPolymerState *state)
   PetscFunctionBeginUser;
   *state = (DLMPolymerState){ .force_now = p->force.now, .force_before = p->force.before, .time_now = p->force.time_now, .time_before = p->force.time_before,
                               .n_forces = p->force.n, .velocity_time = p->velocity_time, .velocity_time_before = p->velocity_time_before,
-                              .n_velocities = p->n_velocities, .mirror = p->mirror };
+                              .n_velocities = p->n_velocities, .mirror = p->mirror, .near = (PetscReal *)p->near_flow[p->buffer],
+                              .n_near = p->near_flow[0] ? p->scene->n_spheres * (PetscInt)(sizeof(DLMNearFlow) / sizeof(PetscReal)) : 0 };
   PetscFunctionReturn(0);
 }
 
@@ -86,6 +87,8 @@ PetscErrorCode DLMPolymerSetState(DLMPolymer p, const DLMPolymerState *state, Ve
   p->n_velocities  = state->n_velocities - 1;
   p->velocity_time = state->velocity_time_before;
   p->fresh         = PETSC_FALSE;
-  PetscCall(DLMPolymerSetVelocity(p, state->velocity_time, velocity));
+  PetscCall(DLMPolymerTakeVelocity(p, state->velocity_time, velocity));
+  if (state->n_near) PetscCall(PetscMemcpy(p->near_flow[p->buffer], state->near, state->n_near * sizeof(PetscReal)));
+  PetscCall(DLMPolymerNearFlow(p, PETSC_TRUE));
   PetscFunctionReturn(0);
 }

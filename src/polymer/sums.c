@@ -53,16 +53,16 @@ PetscErrorCode DLMPolymerGetStress(DLMPolymer p, DLMPolymerStress *stress)
 }
 
 /* A node's part inside a sphere: a ramp of one mesh width about the surface. */
-static PetscErrorCode AddInside(DLMPolymer p, PetscInt sphere, const PetscInt i[3], PetscReal distance)
+static PetscErrorCode AddInside(DLMPolymer p, const DLMNearNode *node, void *context)
 {
   const DLMPolymerBlock *b    = &p->block;
-  const PetscReal        part = PetscMin(1.0, 0.5 - distance / p->grid->h);
+  const PetscReal        part = PetscMin(1.0, 0.5 - node->distance / p->grid->h);
   PetscInt               own, place = 0;
 
   PetscFunctionBegin;
-  if (!DLMPolymerOwnedIndex(p, i, &own)) PetscFunctionReturn(0);
-  for (int d = 2; d >= 0; d--) place = 3 * place + DLMGridPlace(p->grid, d, b->ghost_start[d] + i[d], p->grid->cells[d]);
-  for (int k = 0; k < 6; k++) p->inside_stress[6 * sphere + k] += part * p->rows[place].mass * p->r[k][own];
+  if (!DLMPolymerOwnedIndex(p, node->i, &own)) PetscFunctionReturn(0);
+  for (int d = 2; d >= 0; d--) place = 3 * place + DLMGridPlace(p->grid, d, b->ghost_start[d] + node->i[d], p->grid->cells[d]);
+  for (int k = 0; k < 6; k++) p->inside_stress[6 * node->sphere + k] += part * p->rows[place].mass * p->r[k][own];
   PetscFunctionReturn(0);
 }
 
@@ -73,7 +73,7 @@ PetscErrorCode DLMPolymerSumInside(DLMPolymer p)
   PetscFunctionBegin;
   if (!p->spheres || p->stress_offset > 0.0) PetscFunctionReturn(0);
   PetscCall(PetscArrayzero(p->inside_stress, n));
-  PetscCall(DLMPolymerVisitNear(p, 0.5 * p->grid->h, AddInside));
+  PetscCall(DLMPolymerVisitNear(p, NULL, 0.5 * p->grid->h, AddInside, NULL));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, p->inside_stress, (PetscMPIInt)n, MPIU_REAL, MPI_SUM, p->grid->comm));
   PetscFunctionReturn(0);
 }

@@ -1,27 +1,30 @@
 #include "../../include/private/polymerimpl.h"
 
-PetscErrorCode DLMPolymerVisitNear(DLMPolymer p, PetscReal reach, DLMNearVisit visit)
+PetscErrorCode DLMPolymerVisitNear(DLMPolymer p, const DLMNearFlow *flow, PetscReal reach, DLMNearVisit visit, void *context)
 {
   const DLMPolymerBlock *b      = &p->block;
   const PetscReal       *period = p->scene->box_size;
   DLMSphereState        *state;
-  PetscInt               n, i[3];
+  DLMNearNode            node;
+  PetscInt               n, *i = node.i;
 
   PetscFunctionBegin;
   PetscCall(DLMSpheresGetStates(p->spheres, &n, &state));
-  for (PetscInt s = 0; s < n; s++) {
-    const PetscReal a = p->scene->spheres[s].radius;
-    PetscReal       square[3] = { 0.0 }; /* of the distance along x3; x2 and x3; all */
+  for (node.sphere = 0; node.sphere < n; node.sphere++) {
+    const PetscReal  a = p->scene->spheres[node.sphere].radius, *center = flow ? flow[node.sphere].center : state[node.sphere].center;
+    PetscReal        square[3] = { 0.0 }; /* of the distance along x3; x2 and x3; all */
     for (i[2] = 0; i[2] < b->ghost_width[2]; i[2]++)
       for (i[1] = 0; i[1] < b->ghost_width[1]; i[1]++)
         for (i[0] = 0; i[0] < b->ghost_width[0]; i[0]++) {
           for (int d = i[0] ? 0 : 2; d >= 0; d--) {
-            PetscReal x = p->grid->lower[d] + p->grid->h * (b->ghost_start[d] + i[d]) - state[s].center[d];
+            PetscReal x = p->grid->lower[d] + p->grid->h * (b->ghost_start[d] + i[d]) - center[d];
             if (p->grid->periodic[d]) x -= period[d] * PetscFloorReal(0.5 + x / period[d]);
+            node.x[d] = x;
             square[d] = x * x + (d < 2 ? square[d + 1] : 0.0);
           }
           if (square[1] >= (a + reach) * (a + reach)) break; /* the whole line is too far */
-          if (square[0] < (a + reach) * (a + reach)) PetscCall(visit(p, s, i, PetscSqrtReal(square[0]) - a));
+          node.distance = PetscSqrtReal(square[0]) - a;
+          if (node.distance < reach) PetscCall(visit(p, &node, context));
         }
   }
   PetscFunctionReturn(0);
@@ -29,33 +32,32 @@ PetscErrorCode DLMPolymerVisitNear(DLMPolymer p, PetscReal reach, DLMNearVisit v
 
 /*
   Fluid part of a node near a sphere (docs/theory.md, V7): 1/2 + y/h - stress_offset between 0 and 1, y its distance from the surface. The extra stress
-  counts with this part; force and gradient stay adjoint under the masses that it leaves. The kink of the velocity at the surface is smeared over about a
-  mesh width, so stresses that are quadratic in the gradient have a radius of their own, as drag and torque have.
+  counts with this part; force and gradient stay adjoint under the masses that it leaves.
 */
-static PetscErrorCode AddNear(DLMPolymer p, PetscInt sphere, const PetscInt i[3], PetscReal distance)
+static PetscErrorCode AddPart(DLMPolymer p, const DLMNearNode *node, void *context)
 {
   PetscInt own;
 
   PetscFunctionBegin;
-  if (!DLMPolymerOwnedIndex(p, i, &own)) PetscFunctionReturn(0);
-  if (p->n_near == p->near_capacity) {
-    p->near_capacity = 2 * p->near_capacity + 1024;
-    PetscCall(PetscRealloc(p->near_capacity * sizeof(*p->near), &p->near));
+  if (!DLMPolymerOwnedIndex(p, node->i, &own)) PetscFunctionReturn(0);
+  if (p->n_parts == p->parts_capacity) {
+    p->parts_capacity = 2 * p->parts_capacity + 1024;
+    PetscCall(PetscRealloc(p->parts_capacity * sizeof(*p->parts), &p->parts));
   }
-  p->near[p->n_near++] = (DLMNearNode){ own, PetscMax(0.0, 0.5 - p->stress_offset + distance / p->grid->h) };
+  p->parts[p->n_parts++] = (DLMFluidPart){ own, PetscMax(0.0, 0.5 - p->stress_offset + node->distance / p->grid->h) };
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode DLMPolymerFindNear(DLMPolymer p)
+PetscErrorCode DLMPolymerFindParts(DLMPolymer p)
 {
   PetscFunctionBegin;
-  p->n_near = 0;
-  if (p->spheres && p->stress_offset > 0.0) PetscCall(DLMPolymerVisitNear(p, (0.5 + p->stress_offset) * p->grid->h, AddNear));
+  p->n_parts = 0;
+  if (p->spheres && p->stress_offset > 0.0) PetscCall(DLMPolymerVisitNear(p, NULL, (0.5 + p->stress_offset) * p->grid->h, AddPart, NULL));
   PetscFunctionReturn(0);
 }
 
 void DLMPolymerWeighStress(DLMPolymer p, double *const T[6])
 {
-  for (PetscInt q = 0; q < p->n_near; q++)
-    for (int k = 0; k < 6; k++) T[k][p->near[q].own] *= p->near[q].part;
+  for (PetscInt q = 0; q < p->n_parts; q++)
+    for (int k = 0; k < 6; k++) T[k][p->parts[q].own] *= p->parts[q].part;
 }

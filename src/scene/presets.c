@@ -41,8 +41,7 @@ static PetscReal Length(const PetscReal x[3])
   return PetscSqrtReal(PetscSqr(x[0]) + PetscSqr(x[1]) + PetscSqr(x[2]));
 }
 
-/* The fastest rate at which the walls, the mean pressure gradient and what acts on a sphere deform the fluid or carry a sphere past its own radius. */
-static PetscReal DrivingRate(const DLMScene *scene)
+PetscReal DLMSceneDrivingRate(const DLMScene *scene)
 {
   const PetscReal mu = scene->fluid_viscosity;
   PetscReal       flow = 0.0, spheres = 0.0;
@@ -68,7 +67,7 @@ static PetscReal DrivingRate(const DLMScene *scene)
 /* The scene's own time: one over that rate, or twice the relaxation time where that is shorter; 0 if nothing drives the scene. */
 static PetscReal SceneTime(const DLMScene *scene)
 {
-  const PetscReal rate = DrivingRate(scene), memory = scene->fluid_model == DLM_FLUID_NEWTONIAN ? PETSC_INFINITY : 2.0 * scene->relaxation_time;
+  const PetscReal rate = DLMSceneDrivingRate(scene), memory = scene->fluid_model == DLM_FLUID_NEWTONIAN ? PETSC_INFINITY : 2.0 * scene->relaxation_time;
 
   if (rate == 0.0) return memory == PETSC_INFINITY ? 0.0 : memory;
   return PetscMin(1.0 / rate, memory);
@@ -216,7 +215,7 @@ static PetscErrorCode ViewRow(const DLMScene *scene, DLMAccuracy accuracy, Kind 
 PetscErrorCode DLMScenePresetView(const DLMScene *scene, PetscReal node_seconds, PetscReal time, PetscViewer viewer)
 {
   const Kind      kind = KindOf(scene);
-  const PetscReal Wi   = scene->fluid_model == DLM_FLUID_NEWTONIAN ? 0.0 : scene->relaxation_time * DrivingRate(scene);
+  const PetscReal Wi   = scene->fluid_model == DLM_FLUID_NEWTONIAN ? 0.0 : scene->relaxation_time * DLMSceneDrivingRate(scene);
 
   PetscFunctionBeginUser;
   if (SceneTime(scene) == 0.0) {

@@ -54,6 +54,8 @@ PETSC_INTERN PetscErrorCode DLMSceneReadKey(MPI_Comm comm, const DLMSceneKey *ke
 
 /* presets.c: puts what -accuracy says into the options database where the user gave no such key, and reads it */
 PETSC_INTERN PetscErrorCode DLMSceneApplyPreset(DLMSceneDraft *draft);
+/* presets.c: the fastest rate at which the walls, the mean pressure gradient and what acts on a sphere deform the fluid or carry a sphere past its own radius */
+PETSC_INTERN PetscReal DLMSceneDrivingRate(const DLMScene *scene);
 
 /* unknown.c */
 PETSC_INTERN PetscErrorCode DLMSceneRefuseUnknown(MPI_Comm comm);

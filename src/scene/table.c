@@ -10,7 +10,7 @@ const char *const DLMPointSets[]    = {"volume", "surface", "DLMPointSet", "DLM_
 const char *const DLMFluidModels[]  = {"newtonian", "oldroyd_b", "ucm", "carreau", "DLMFluidModel", "DLM_FLUID_", NULL};
 const char *const DLMPolymerForms[] = {"factor", "log", "DLMPolymerForm", "DLM_FORM_", NULL};
 const char *const DLMCouplings[]    = {"explicit", "both_sides", "DLMCoupling", "DLM_COUPLING_", NULL};
-const char *const DLMInsides[]      = {"identity", "evolve", "extend", "DLMInside", "DLM_INSIDE_", NULL};
+const char *const DLMInsides[]      = {"identity", "evolve", "extend", "stokes", "auto", "DLMInside", "DLM_INSIDE_", NULL};
 const char *const DLMLubrications[] = {"false", "true", "auto", "DLMLubricationChoice", "DLM_LUBRICATION_", NULL};
 const char *const DLMPlanes[]       = {"12", "13", "23", "DLMPlane", "DLM_PLANE_", NULL};
 const char *const DLMAccuracies[]   = {"none", "draft", "standard", "fine", "reference", "DLMAccuracy", "DLM_ACCURACY_", NULL};
@@ -60,12 +60,13 @@ const DLMSceneKey DLMSceneKeys[] = {
    "what is advected: the Cholesky factor of the conformation tensor C, or its logarithm"},
   {"Polymer", "polymer_coupling", DLM_KEY_WORD, "both_sides", AT(scene.polymer_coupling), ONE_OF(DLMCouplings), "",
    "explicit: polymer stress on the right-hand side (thesis); both_sides: the polymer viscosity on both sides (DEVSS-G)"},
-  {"Polymer", "polymer_inside", DLM_KEY_WORD, "extend", AT(scene.polymer_inside), ONE_OF(DLMInsides), "",
-   "C inside the spheres: identity, reset every step (thesis); evolve, as outside; extend, continued from outside, across the layer that the "
-   "stress offset leaves out, into two layers"},
+  {"Polymer", "polymer_inside", DLM_KEY_WORD, "auto", AT(scene.polymer_inside), ONE_OF(DLMInsides), "",
+   "C in and next to the spheres: identity, reset inside every step (thesis); evolve, as outside; extend, continued from outside, across the layer that the "
+   "stress offset leaves out, into two layers; stokes, carried within two mesh widths of a surface by Stokes's flow past the sphere, fitted to the mesh's flow; "
+   "auto: stokes for both_sides up to Wi = 1, beyond which it drifts, else extend"},
   {"Polymer", "polymer_stress_offset", DLM_KEY_AUTO, "auto", AT(scene.polymer_stress_offset), BETWEEN(0, 4), "h",
    "the polymer's stress counts from this far outside a sphere's surface on; 0: everywhere; "
-   "auto: 0.75, calibrated, for both_sides with -polymer_inside extend, else 0"},
+   "auto: calibrated for both_sides, 0.1 with -polymer_inside stokes, 0.75 with extend; else 0"},
   {"Polymer", "polymer_courant", DLM_KEY_REAL, "0.6", AT(scene.polymer_courant), BETWEEN(0.01, 1), "",
    "largest Courant number of an advection sub-step"},
   {"Polymer", "polymer_mode_amplitude", DLM_KEY_REAL, "0", AT(scene.polymer_mode_amplitude), BETWEEN(-0.9, 0.9), "",
