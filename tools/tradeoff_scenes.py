@@ -11,7 +11,7 @@ PRESETS = ("draft", "standard", "fine", "reference")
 NEWTONIAN_KNOBS = ("-ts_split_scheme lie", "-saddle_rtol 1e-3", "-saddle_rtol 1e-4", "-saddle_rtol 1e-8", "-pairing_type collocation -pairing_degree 0",
                    "-pairing_type collocation -pairing_retraction 0", "-pairing_degree 0", "-pairing_retraction 0", "-pairing_points volume", "-sphere_inertia 0")
 POLYMER_KNOBS = ("-ts_split_scheme lie", "-saddle_rtol 1e-4", "-pairing_type collocation -pairing_degree 0", "-pairing_degree 0", "-pairing_retraction 0",
-                 "-pairing_points volume", "-polymer_form log", "-polymer_inside evolve", "-polymer_inside identity", "-polymer_stress_offset 0", "-sphere_inertia 0")
+                 "-pairing_points volume", "-polymer_form log", "-polymer_inside extend", "-polymer_inside evolve", "-polymer_inside identity", "-polymer_stress_offset 0", "-sphere_inertia 0")
 
 
 @dataclasses.dataclass
@@ -139,7 +139,7 @@ SCENES = {scene.name: scene for scene in (
           thesis_steps=2, thesis_error_step=0.2, thesis_error_scheme="strang"),
     Scene("pair_wi05", "pair that passes, Oldroyd-B, D = 1, Wi = 0.5", PAIR + MEETING.format(0.1) + " -fluid_model oldroyd_b -fluid_relaxation_time 0.5", 6.0, 1.0,
           lambda rows: at(rows, (2, 4, 6)), None, apart, (16, 24, 32), (0.2,), (24, 0.2), POLYMER_KNOBS,
-          more=("-grid_resolution 24 -ts_dt 0.1", "-grid_resolution 24 -ts_dt 0.05", "-grid_resolution 32 -ts_dt 0.1", "-grid_resolution 48 -ts_dt 0.1", "-grid_resolution 32 -ts_dt 0.025", "-grid_resolution 48 -ts_dt 0.025"), thesis_error_step=0.1, thesis_error_mesh=32, thesis_cost_of="pair", polymer=True),
+          more=("-grid_resolution 24 -ts_dt 0.1", "-grid_resolution 24 -ts_dt 0.05", "-grid_resolution 32 -ts_dt 0.1", "-grid_resolution 48 -ts_dt 0.1", "-grid_resolution 32 -ts_dt 0.025", "-grid_resolution 48 -ts_dt 0.025"), thesis_error_step=0.01, thesis_cost_of="pair", polymer=True),
     Scene("pair_close", "pair that passes closely, Newtonian, D = 0.5", PAIR + MEETING.format(0.05), 24.0, 1.0, passing, [10.937, 21.874], relative, (16, 24, 32),
           (0.2,), (24, 0.2), NEWTONIAN_KNOBS[:1], more=("-grid_resolution 24 -ts_dt 0.1", "-grid_resolution 32 -ts_dt 0.2 -lubrication false"), thesis_error_step=0.2, thesis_error_scheme="strang", thesis_error_mesh=32, thesis_cost_of="pair"),
 )}
