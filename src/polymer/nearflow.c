@@ -41,6 +41,12 @@ static PetscErrorCode FindNeighbours(DLMPolymer p, const DLMNearFlow *flow)
   PetscFunctionReturn(0);
 }
 
+/* Not at the centre itself. */
+static PetscBool HasNormal(DLMPolymer p, const DLMNearNode *node)
+{
+  return (PetscBool)(p->scene->spheres[node->sphere].radius + node->distance > 1e-6 * p->grid->h);
+}
+
 /* Velocity of the rigid motion at x from the centre. */
 static void Rigid(const DLMNearFlow *flow, const PetscReal x[3], double v[3])
 {
@@ -141,7 +147,7 @@ static PetscErrorCode PutVisit(DLMPolymer p, const DLMNearNode *node, void *cont
   double             u[N][3], g[N][9], v[3], G[9] = { 0.0, -w[2], w[1], w[2], 0.0, -w[0], -w[1], w[0], 0.0 };
   PetscInt           own;
 
-  if (part == 0.0) return 0;
+  if (part == 0.0 || !HasNormal(p, node)) return 0;
   DLMLambModes(x, u, g);
   Rigid(flow, node->x, v);
   for (int k = 0; k < N; k++) {
@@ -176,7 +182,7 @@ static PetscErrorCode PinVisit(DLMPolymer p, const DLMNearNode *node, void *cont
   double           n[3], Cn[3] = { 0.0 }, nn = 0.0, k;
   PetscInt         own;
 
-  if (r < 1e-6 * p->grid->h || !DLMPolymerOwnedIndex(p, node->i, &own)) return 0;
+  if (!HasNormal(p, node) || !DLMPolymerOwnedIndex(p, node->i, &own)) return 0;
   for (int i = 0; i < 3; i++) n[i] = node->x[i] / r;
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) Cn[i] += p->c[at[i][j]][own] * n[j];

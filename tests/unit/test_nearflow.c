@@ -177,10 +177,35 @@ static void InsideNothingIsStretchedAlongTheNormal(void **state)
   ClosePolymer(&c);
 }
 
+/* A node at the centre of a sphere so small that the fitted flow reaches there has no normal. */
+static void ANodeAtTheCentreIsNoTrouble(void **state)
+{
+  PolymerCase c;
+  Flow        flow;
+  Vec         u;
+  double      sum = 0.0;
+
+  MakePolymerScene(PETSC_COMM_WORLD, cells, 3, &c);
+  c.scene.polymer_inside = DLM_INSIDE_STOKES;
+  c.scene.n_spheres      = 1;
+  c.spec[0]              = (DLMSphereSpec){ .radius = 2.0 * c.scene.h, .density = 1.0 };
+  OpenPolymer(&c);
+  flow = (Flow){ .scene = &c.scene, .omega = { 0.3, 0.2, 0.1 } };
+  u    = NewPointField(&c, c.grid->velocity, Velocity, &flow);
+  Call(DLMPolymerSetInside(c.polymer));
+  Call(DLMPolymerSetVelocity(c.polymer, 0.0, u));
+  for (int j = 0; j < 9; j++)
+    for (PetscInt x = 0; x < c.polymer->block.n; x++) sum += fabs(c.polymer->g[j][x]);
+  AssertAll(isfinite(sum) && sum > 0.0);
+  Call(VecDestroy(&u));
+  ClosePolymer(&c);
+}
+
 static const struct CMUnitTest tests[] = {
   cmocka_unit_test(AFlowOfTheModesIsFoundAgain),
   cmocka_unit_test(AnotherSphereIsKeptOut),
   cmocka_unit_test(InsideNothingIsStretchedAlongTheNormal),
+  cmocka_unit_test(ANodeAtTheCentreIsNoTrouble),
 };
 
 RUN_ON_ALL_RANKS(tests)
