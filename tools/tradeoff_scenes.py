@@ -138,7 +138,7 @@ SCENES = {scene.name: scene for scene in (
           (0.2,), (24, 0.2), NEWTONIAN_KNOBS, more=("-grid_resolution 24 -ts_dt 0.1", "-grid_resolution 24 -ts_dt 0.05", "-grid_resolution 24 -ts_dt 0.2 -lubrication false", "-grid_resolution 32 -ts_dt 0.2 -lubrication false", "-grid_resolution 26 -ts_dt 0.2"),
           thesis_steps=2, thesis_error_step=0.2, thesis_error_scheme="strang"),
     Scene("pair_wi05", "pair that passes, Oldroyd-B, D = 1, Wi = 0.5", PAIR + MEETING.format(0.1) + " -fluid_model oldroyd_b -fluid_relaxation_time 0.5", 6.0, 1.0,
-          lambda rows: at(rows, (2, 4, 6)), None, apart, (16, 24, 32), (0.2,), (24, 0.2), POLYMER_KNOBS,
+          lambda rows: at(rows, (2, 4, 6)), None, apart, (16, 24, 32), (0.2,), (24, 0.2), tuple(knob.replace("extend", "stokes") for knob in POLYMER_KNOBS),
           more=("-grid_resolution 24 -ts_dt 0.1", "-grid_resolution 24 -ts_dt 0.05", "-grid_resolution 32 -ts_dt 0.1", "-grid_resolution 48 -ts_dt 0.1", "-grid_resolution 32 -ts_dt 0.025", "-grid_resolution 48 -ts_dt 0.025"), thesis_error_step=0.01, thesis_cost_of="pair", polymer=True),
     Scene("pair_close", "pair that passes closely, Newtonian, D = 0.5", PAIR + MEETING.format(0.05), 24.0, 1.0, passing, [10.937, 21.874], relative, (16, 24, 32),
           (0.2,), (24, 0.2), NEWTONIAN_KNOBS[:1], more=("-grid_resolution 24 -ts_dt 0.1", "-grid_resolution 32 -ts_dt 0.2 -lubrication false"), thesis_error_step=0.2, thesis_error_scheme="strang", thesis_error_mesh=32, thesis_cost_of="pair"),

@@ -35,10 +35,11 @@ def turning(resolution, wi, dt, end, options="", sign=1):
 def rotation():
     """
     The exact rate in unbounded fluid is 0.4555 at Wi = 0.5, and (7/32) Wi^2 + O(Wi^4) below the Newtonian one; the box takes some 0.0007 off the first and 2 %
-    off the second. A wrong sign or place of the stress radius costs 1 % or more, one cut of the cubes instead of four 1.6 % between the two senses of shear.
+    off the second. The mesh's flow next to the sphere in place of the fitted one costs 1 % or more, one cut of the cubes instead of four 1.6 % between the two senses
+    of shear; at Wi = 1 a coarse mesh drifts by 7 % from t = 10 to 20 where n.C n is not held at the surface (docs/theory.md, V8).
     """
     errors, rates = [], {}
-    for resolution, allowed in ((24, 0.025), (32, 0.015), (48, 0.006)):
+    for resolution, allowed in ((24, 0.018), (32, 0.011), (48, 0.005)):
         omega, _ = turning(resolution, 0.5, 0.05, 4)
         rates[resolution] = omega[1]
         errors.append(abs(omega[1] / (0.4555 - 0.0007) - 1))
@@ -49,6 +50,10 @@ def rotation():
     check(abs(other[1] / rates[32] - 1) <= 4e-3, f"walls the other way: omega2 {other[1]:.5f} and {rates[32]:.5f} (allowed 0.4 % apart)")
     slowing = (turning(48, 0, 0.1, 0.1)[0][1] - turning(48, 0.1, 0.0125, 0.8)[0][1]) / (7 / 32 * 0.01 * 0.98)
     check(abs(slowing - 1) <= 0.07, f"Wi = 0.1, 1/h = 48: slowed down {slowing:.3f} times the exact amount (allowed 7 %)")
+    fast = turning(48, 1.0, 0.1, 10)[0][1]
+    check(abs(fast / 0.3780 - 1) <= 0.012, f"Wi = 1, 1/h = 48: omega2 {fast:.5f}, {100 * abs(fast / 0.3780 - 1):.2f} % off (allowed 1.2 %)")
+    early, late = (turning(24, 1.0, 0.1, end)[0][1] for end in (10, 20))
+    check(abs(late / early - 1) <= 0.015, f"Wi = 1, 1/h = 24: omega2 {early:.4f} at t = 10, {late:.4f} at 20 (allowed 1.5 % apart)")
     for wi, options in ((5.5, ""), (20, "-polymer_form log")):
         omega, found = turning(24, wi, 0.1, 20, options)
         check(0 < omega[1] < 0.25 and found.polymer["smallest_eigenvalue"] > 0, f"Wi = {wi} {options}: omega2 {omega[1]:.3f} at t = 20, smallest eigenvalue {found.polymer['smallest_eigenvalue']:.1e}")
