@@ -223,6 +223,32 @@ static void PresetsFollowTheSceneAndGivenKeysWin(void **state)
   OK(DLMSceneDestroy(&s));
 }
 
+/* -polymer_inside auto: the fitted flow for one sphere in slow flow, coupled on both sides (docs/theory.md, V8). */
+static void TheRuleForCFollowsTheScene(void **state)
+{
+  static const char *const scene = "-fluid_model oldroyd_b -wall_velocity_lower -1,0,0 -wall_velocity_upper 1,0,0 ";
+  static const struct {
+    const char *options;
+    DLMInside   rule;
+  } cases[] = {
+    { "-fluid_relaxation_time 0.5 -sphere_centers 0,0,0", DLM_INSIDE_STOKES }, /* the rate is 2: Wi = 1 */
+    { "-fluid_relaxation_time 0.51 -sphere_centers 0,0,0", DLM_INSIDE_EXTEND },
+    { "-fluid_relaxation_time 0.25 -sphere_centers 0,0,0,0.3,0,0", DLM_INSIDE_EXTEND },
+    { "-fluid_relaxation_time 0.25 -sphere_centers 0,0,0 -polymer_coupling explicit", DLM_INSIDE_EXTEND },
+    { "-fluid_relaxation_time 0.25 -sphere_centers 0,0,0 -polymer_inside evolve", DLM_INSIDE_EVOLVE },
+    { "-fluid_relaxation_time 2 -sphere_centers 0,0,0 -polymer_inside stokes", DLM_INSIDE_STOKES },
+  };
+
+  for (size_t k = 0; k < sizeof(cases) / sizeof(*cases); k++) {
+    char      options[512];
+    DLMScene *s;
+    snprintf(options, sizeof(options), "%s%s", scene, cases[k].options);
+    s = Make(options);
+    assert_int_equal(s->polymer_inside, cases[k].rule);
+    DLMSceneDestroy(&s);
+  }
+}
+
 static void YamlEqualsPlainEqualsCommandLine(void **state)
 {
   static const char *const lines[] = {"@same.yaml", "@same.opts", "@other.yaml",
@@ -465,7 +491,8 @@ int main(int argc, char **argv)
       cmocka_unit_test(KeysOfSpheres),
       cmocka_unit_test(KeysOfTheRun),
       cmocka_unit_test(PresetsFollowTheSceneAndGivenKeysWin),
-      cmocka_unit_test(YamlEqualsPlainEqualsCommandLine),
+    cmocka_unit_test(TheRuleForCFollowsTheScene),
+    cmocka_unit_test(YamlEqualsPlainEqualsCommandLine),
       cmocka_unit_test(LaterFilesWinAndTheCommandLineWinsOverAll),
       cmocka_unit_test(CsvFillsAbsentColumnsFromOptions),
       cmocka_unit_test(CsvIsFoundBesideTheScene),
