@@ -92,6 +92,12 @@ static inline PetscBool DLMPolymerOwnedIndex(DLMPolymer p, const PetscInt i[3], 
   return PETSC_TRUE;
 }
 
+/* Index in the ghosted arrays of the node at i[3] of them. */
+static inline PetscInt DLMPolymerGhostedIndex(DLMPolymer p, const PetscInt i[3])
+{
+  return i[0] + (PetscInt)p->block.stride[1] * i[1] + (PetscInt)p->block.stride[2] * i[2];
+}
+
 /* Node of an owned index: counted in the whole mesh. */
 static inline void DLMPolymerNode(DLMPolymer p, PetscInt own, PetscInt node[3])
 {

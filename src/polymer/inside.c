@@ -12,7 +12,7 @@ static PetscReal Rim(DLMPolymer p)
 /* 1 in the layer of depth h below the rim, 2 in the next one, 3 deeper; a node in two spheres takes the deeper mark. */
 static PetscErrorCode Mark(DLMPolymer p, const DLMNearNode *node, void *context)
 {
-  char     *mark  = &p->inside[node->i[0] + p->block.stride[1] * node->i[1] + p->block.stride[2] * node->i[2]];
+  char     *mark  = &p->inside[DLMPolymerGhostedIndex(p, node->i)];
   const int layer = 1 + (int)PetscMin(2.0, (Rim(p) - node->distance) / p->grid->h);
 
   *mark = (char)PetscMax(*mark, layer);

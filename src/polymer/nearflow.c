@@ -4,11 +4,12 @@
 /*
   The flow that carries and stretches C near a sphere (docs/theory.md, V8). The mesh smears the kink of the velocity at a surface over about a mesh width on both sides, and
   what C makes of a gradient is of second and third order in it. So there C takes Stokes's flow past the sphere, whose 26 modes are fitted to the velocity of the mesh a
-  little further out. Distances from the surface, in h:
+  little further out. No bound is sharp: nodes that lie on one, or as near to one sphere as to another, must not be sorted by rounding. Distances from the surface, in h:
 */
-static const PetscReal fit_from = 1.5, fit_to = 3.0; /* nodes that are fitted */
+static const PetscReal fit_from = 1.5, fit_to = 3.0, edge = 0.5; /* nodes that are fitted, with ramps of half a mesh width about the ends */
 static const PetscReal fade_outside = 2.0, fade_inside = 2.5; /* where the fitted flow ends; a mesh width before, it is whole */
-static const PetscReal keep_off = 0.5; /* from another body's surface it begins at this distance, and is whole a mesh width on */
+static const PetscReal keep_off = 0.5; /* by so much another body has to be farther off for the fitted flow to begin; a mesh width on, it is whole */
+static const PetscReal pin_edge = 0.1; /* across the surface */
 static const PetscReal ridge = 1e-5; /* relative, of the normal equations: keeps modes that too few nodes tell apart small */
 
 enum { N = DLM_LAMB_MODES };
@@ -17,15 +18,10 @@ typedef struct {
   PetscReal A[N][N], b[N];
 } Normal;
 
-static PetscInt Ghosted(DLMPolymer p, const PetscInt i[3])
-{
-  return i[0] + (PetscInt)p->block.stride[1] * i[1] + (PetscInt)p->block.stride[2] * i[2];
-}
-
 /* r[0], r[1] <- distances of the nodes from the two spheres next to them. */
 static PetscErrorCode RankVisit(DLMPolymer p, const DLMNearNode *node, void *context)
 {
-  double *near = &p->r[0][Ghosted(p, node->i)], *next = &p->r[1][Ghosted(p, node->i)];
+  double *near = &p->r[0][DLMPolymerGhostedIndex(p, node->i)], *next = &p->r[1][DLMPolymerGhostedIndex(p, node->i)];
 
   *next = PetscMin(*next, PetscMax(*near, node->distance));
   *near = PetscMin(*near, node->distance);
@@ -37,8 +33,21 @@ static PetscErrorCode FindNeighbours(DLMPolymer p, const DLMNearFlow *flow)
   PetscFunctionBegin;
   for (int k = 0; k < 2; k++)
     for (PetscInt q = 0; q < p->block.n_ghosted; q++) p->r[k][q] = PETSC_MAX_REAL;
-  PetscCall(DLMPolymerVisitNear(p, flow, fit_to * p->grid->h, RankVisit, NULL));
+  PetscCall(DLMPolymerVisitNear(p, flow, (fit_to + 0.5 * edge) * p->grid->h, RankVisit, NULL));
   PetscFunctionReturn(0);
+}
+
+static PetscReal Ramp(PetscReal x)
+{
+  return PetscMax(0.0, PetscMin(1.0, x));
+}
+
+/* Distance of the node from the sphere next to it, the node's own left out. */
+static PetscReal OtherDistance(DLMPolymer p, const DLMNearNode *node)
+{
+  const PetscInt q = DLMPolymerGhostedIndex(p, node->i);
+
+  return p->r[p->r[0][q] < node->distance ? 0 : 1][q];
 }
 
 /* Not at the centre itself. */
@@ -58,18 +67,20 @@ static void Rigid(const DLMNearFlow *flow, const PetscReal x[3], double v[3])
 static PetscErrorCode FitVisit(DLMPolymer p, const DLMNearNode *node, void *context)
 {
   Normal         *normal = (Normal *)context + node->sphere;
-  const PetscInt  q = Ghosted(p, node->i);
+  const PetscInt  q = DLMPolymerGhostedIndex(p, node->i);
   const PetscReal a = p->scene->spheres[node->sphere].radius, x[3] = { node->x[0] / a, node->x[1] / a, node->x[2] / a };
+  const PetscReal y = node->distance / p->grid->h, other = OtherDistance(p, node) / p->grid->h;
+  const PetscReal weight = Ramp(0.5 + (y - fit_from) / edge) * Ramp(0.5 + (fit_to - y) / edge) * Ramp(0.5 + (other - fit_from) / edge);
   double          u[N][3], v[3];
   PetscInt        own;
 
-  if (node->distance < fit_from * p->grid->h || p->r[0][q] < node->distance || p->r[1][q] < fit_from * p->grid->h || !DLMPolymerOwnedIndex(p, node->i, &own)) return 0;
+  if (weight == 0.0 || !DLMPolymerOwnedIndex(p, node->i, &own)) return 0;
   DLMLambModes(x, u, NULL);
   Rigid(&p->near_flow[p->buffer][node->sphere], node->x, v);
   for (int i = 0; i < 3; i++) v[i] = p->u[i][q] - v[i];
   for (int k = 0; k < N; k++) {
-    normal->b[k] += u[k][0] * v[0] + u[k][1] * v[1] + u[k][2] * v[2];
-    for (int m = 0; m <= k; m++) normal->A[k][m] += u[k][0] * u[m][0] + u[k][1] * u[m][1] + u[k][2] * u[m][2];
+    normal->b[k] += weight * (u[k][0] * v[0] + u[k][1] * v[1] + u[k][2] * v[2]);
+    for (int m = 0; m <= k; m++) normal->A[k][m] += weight * (u[k][0] * u[m][0] + u[k][1] * u[m][1] + u[k][2] * u[m][2]);
   }
   return 0;
 }
@@ -111,37 +122,31 @@ static PetscErrorCode Fit(DLMPolymer p, DLMNearFlow *flow)
       flow[s].omega[d]    = state[s].omega[d];
     }
   PetscCall(FindNeighbours(p, flow));
-  PetscCall(DLMPolymerVisitNear(p, flow, fit_to * p->grid->h, FitVisit, normal));
+  PetscCall(DLMPolymerVisitNear(p, flow, (fit_to + 0.5 * edge) * p->grid->h, FitVisit, normal));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, normal, (PetscMPIInt)(n * (PetscInt)(sizeof(Normal) / sizeof(PetscReal))), MPIU_REAL, MPI_SUM, p->grid->comm));
   for (PetscInt s = 0; s < n; s++) PetscCall(Solve(&normal[s], flow[s].mode));
   PetscCall(PetscFree(normal));
   PetscFunctionReturn(0);
 }
 
-static PetscReal Ramp(PetscReal x)
-{
-  return PetscMax(0.0, PetscMin(1.0, x));
-}
-
 /* Part of the fitted flow at a node: whole about the surface, none where another body is as near. */
 static PetscReal Part(DLMPolymer p, const DLMNearNode *node)
 {
   const PetscReal h = p->grid->h, y = node->distance / h;
-  PetscReal       other = p->r[1][Ghosted(p, node->i)];
+  PetscReal       other = OtherDistance(p, node);
 
-  if (p->r[0][Ghosted(p, node->i)] < node->distance) return 0.0;
-  for (int d = 0; d < 3 && other > 0.0; d++) {
+  for (int d = 0; d < 3; d++) {
     const PetscInt at = p->block.ghost_start[d] + node->i[d];
     if (!p->grid->periodic[d]) other = PetscMin(other, h * PetscMin(at, p->grid->cells[d] - at));
   }
-  return Ramp(y > 0.0 ? fade_outside - y : fade_inside + y) * Ramp(other / h - keep_off);
+  return Ramp(y > 0.0 ? fade_outside - y : fade_inside + y) * Ramp(other / h - PetscMax(0.0, y) - keep_off);
 }
 
 /* Inside the sphere the gradient is that of the surface above, so that C there is what it is at the surface, and the velocity that of the sphere. */
 static PetscErrorCode PutVisit(DLMPolymer p, const DLMNearNode *node, void *context)
 {
   const DLMNearFlow *flow = (const DLMNearFlow *)context + node->sphere;
-  const PetscInt     q = Ghosted(p, node->i);
+  const PetscInt     q = DLMPolymerGhostedIndex(p, node->i);
   const PetscReal    a = p->scene->spheres[node->sphere].radius, part = Part(p, node), r = a + node->distance;
   const PetscReal   *w = flow->omega, unit = node->distance > 0.0 ? 1.0 / a : 1.0 / r, x[3] = { unit * node->x[0], unit * node->x[1], unit * node->x[2] };
   double             u[N][3], g[N][9], v[3], G[9] = { 0.0, -w[2], w[1], w[2], 0.0, -w[0], -w[1], w[0], 0.0 };
@@ -188,7 +193,7 @@ static PetscErrorCode PinVisit(DLMPolymer p, const DLMNearNode *node, void *cont
     for (int j = 0; j < 3; j++) Cn[i] += p->c[at[i][j]][own] * n[j];
   for (int i = 0; i < 3; i++) nn += Cn[i] * n[i];
   if (!(nn > 0.0)) return 0; /* C is lost; whoever judges it stops the run */
-  k = 1.0 / PetscSqrtReal(nn) - 1.0;
+  k = Ramp(0.5 - node->distance / (pin_edge * p->grid->h)) * (1.0 / PetscSqrtReal(nn) - 1.0);
   for (int i = 0; i < 3; i++)
     for (int j = i; j < 3; j++) p->c[at[i][j]][own] += k * (n[i] * Cn[j] + Cn[i] * n[j]) + k * k * nn * n[i] * n[j];
   return 0;
@@ -199,7 +204,7 @@ PetscErrorCode DLMPolymerPinNear(DLMPolymer p)
   PetscFunctionBegin;
   if (!p->near_flow[0] || p->model->spring) PetscFunctionReturn(0); /* other springs rest elsewhere */
   PetscCall(DLMPolymerCheckOut(p));
-  PetscCall(DLMPolymerVisitNear(p, NULL, 0.0, PinVisit, NULL));
+  PetscCall(DLMPolymerVisitNear(p, NULL, 0.5 * pin_edge * p->grid->h, PinVisit, NULL));
   PetscCall(DLMPolymerCheckIn(p));
   PetscFunctionReturn(0);
 }

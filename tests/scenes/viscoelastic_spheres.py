@@ -114,7 +114,8 @@ def ranks():
     scene = (PAIR.replace("1e-9", "1e-12").replace("-sphere_inertia 0", "-sphere_inertia 1") + " -sphere_density 3 -ts_dt 0.05 -ts_max_time 0.25 -output_fields_every 1000000"
              + OLDROYD + "0.5 ")
     for options in ("-ts_split_scheme lie -polymer_form factor -polymer_coupling explicit -polymer_inside identity", "-ts_split_scheme strang -polymer_form log -polymer_coupling both_sides",
-                    "-ts_split_scheme strang -polymer_form factor -polymer_coupling both_sides -polymer_inside extend -polymer_courant 0.1"):
+                    "-ts_split_scheme strang -polymer_form factor -polymer_coupling both_sides -polymer_inside extend -polymer_courant 0.1",
+                    "-ts_split_scheme strang -polymer_form factor -polymer_coupling both_sides -polymer_inside stokes"):
         one = run(scene + options)
         for n in (2, 3, 4):
             found = run(scene + options, n)
