@@ -29,7 +29,7 @@ STEPS = 8
 SCENE = ("-box_size 1,1,1 -grid_resolution 12 -sphere_radius 0.15 -sphere_centers 0.3,0.02,0.2,-0.3,0,-0.2 -fluid_model oldroyd_b -ts_dt 0.05 -ts_max_time 1000"
          " -wall_velocity_lower -1,0,0 -wall_velocity_upper 1,0,0 -progress_every 1000")
 FLUID = re.sub(r"-sphere_\S+ \S+ ", "", SCENE) + " -polymer_mode_amplitude 0.1"
-FOREVER = " -ts_max_steps 1000000"
+FOREVER = " -ts_max_time 1e6"  # 2e7 steps: longer than the test waits
 
 
 def mounted(path, options):
@@ -254,11 +254,11 @@ def read_only():
         small.close()
         return
     first_leg("disk/out", FLUID)
-    process = start(FLUID + FOREVER + f" -output_fields_every 100000 -checkpoint_every 100 -restart {checkpoint('disk/out')}", "disk/out")
+    process = start(FLUID + FOREVER + f" -output_every 50 -output_fields_every 100000 -checkpoint_every 100 -restart {checkpoint('disk/out')}", "disk/out")
     wait_for_change("disk/out", "fields.h5")
     deadline = time.time() + 30
     while time.time() < deadline and subprocess.run(["mount", "-o", "remount,ro", place("disk")], stderr=subprocess.DEVNULL).returncode:
-        pass  # refused while a file is open for writing
+        pass  # refused while a file is open for writing, which rows of every step would keep it nearly always
     ends(process, "disk read-only", r"\S+: cannot write \S+ \(Read-only file system\); allowed: a folder that can be written, with space; -restart \S+ goes on from step \d+")
     whole_outputs("disk/out", "whole1f")
     subprocess.run(["mount", "-o", "remount,rw", place("disk")], check=True)
