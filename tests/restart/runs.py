@@ -27,8 +27,8 @@ SCENES = {
     "log strang": THREE + POLYMER + " -polymer_form log",
     "explicit, extend": THREE + POLYMER + " -polymer_coupling explicit -polymer_inside extend -ts_dt 0.02",
     "adapted steps": THREE + " -ts_adapt_type scene -ts_dt 0.02",
-    "near flow": THREE + POLYMER + " -fluid_relaxation_time 0.3",
-    "near flow, adapted steps": THREE + POLYMER + " -fluid_relaxation_time 0.3 -polymer_form log -ts_adapt_type scene",
+    "near flow": THREE + POLYMER + " -fluid_relaxation_time 0.3 -polymer_inside stokes",
+    "near flow, adapted steps": THREE + POLYMER + " -fluid_relaxation_time 0.3 -polymer_inside stokes -polymer_form log -ts_adapt_type scene",
     "fluid alone": BOX + POLYMER + " -polymer_mode_amplitude 0.1 -output_fields_every 3",
 }
 PROGRAM, MPIRUN, FOLDER, FAILED = "", [], "", 0  # set by main
