@@ -1,64 +1,61 @@
 /* What a checkpoint holds. Each list below is walked to write and to read: see docs/developer.md on adding an item. */
 #include "../../include/private/simimpl.h"
 
-/* What must not change between the legs of a run, as a user would write it. */
-static PetscErrorCode DescribeScene(DLMSimulation sim, PetscInt k, const char **key, char text[DLM_CHECKPOINT_TEXT])
+/*
+  What must not change between the legs of a run, as a user would write it: the text is moved, and a leg that has another one is refused.
+*/
+static PetscErrorCode MoveFact(DLMCheckpointFile *file, const DLMScene *scene, const char key[], const char format[], ...)
 {
-  const DLMScene *s       = sim->scene;
-  const PetscReal values[] = { s->pairing_spacing, s->pairing_degree, s->pairing_retraction };
-  static const char *const keys[] = { "-box_size", "-box_periodic", "-grid_resolution", "-fluid_model", "-polymer_form", "-polymer_inside", "-pairing_type", "-pairing_points",
-                                      "-pairing_spacing", "-pairing_degree", "-pairing_retraction", "number of spheres", "mean wall velocity", NULL };
+  char      name[64], now[DLM_CHECKPOINT_TEXT], text[DLM_CHECKPOINT_TEXT];
+  PetscBool same;
+  va_list   values;
 
   PetscFunctionBegin;
-  *key    = keys[k];
-  text[0] = '\0';
-  switch (k) {
-  case 0: PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%.15g,%.15g,%.15g", (double)s->box_size[0], (double)s->box_size[1], (double)s->box_size[2])); break;
-  case 1: PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%d,%d,%d", s->box_periodic[0] != 0, s->box_periodic[1] != 0, s->box_periodic[2] != 0)); break;
-  case 2: PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%.15g", (double)s->grid_resolution)); break;
-  case 3: PetscCall(PetscStrncpy(text, DLMFluidModels[s->fluid_model], DLM_CHECKPOINT_TEXT)); break;
-  case 4: PetscCall(PetscStrncpy(text, s->fluid_model ? DLMPolymerForms[s->polymer_form] : "none", DLM_CHECKPOINT_TEXT)); break;
-  case 5: PetscCall(PetscStrncpy(text, s->fluid_model ? DLMInsides[s->polymer_inside] : "none", DLM_CHECKPOINT_TEXT)); break;
-  case 6: PetscCall(PetscStrncpy(text, DLMPairingTypes[s->pairing_type], DLM_CHECKPOINT_TEXT)); break;
-  case 7: PetscCall(PetscStrncpy(text, DLMPointSets[s->pairing_points], DLM_CHECKPOINT_TEXT)); break;
-  case 8:
-  case 9:
-  case 10:
-    if (values[k - 8] == DLM_AUTO) PetscCall(PetscStrncpy(text, "auto", DLM_CHECKPOINT_TEXT));
-    else PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%.15g", (double)values[k - 8]));
-    break;
-  case 11: PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%" PetscInt_FMT, s->n_spheres)); break;
-  case 12:
-    PetscCall(PetscSNPrintf(text, DLM_CHECKPOINT_TEXT, "%.15g,%.15g,%.15g", (double)sim->frame_velocity[0], (double)sim->frame_velocity[1], (double)sim->frame_velocity[2]));
-    break;
-  }
+  va_start(values, format);
+  PetscCall(PetscVSNPrintf(now, sizeof(now), format, NULL, values));
+  va_end(values);
+  PetscCall(PetscSNPrintf(name, sizeof(name), "scene/%s", key[0] == '-' ? key + 1 : key));
+  PetscCall(PetscStrncpy(text, now, sizeof(text)));
+  PetscCall(DLMCheckpointText(file, name, text));
+  PetscCall(PetscStrcmp(text, now, &same));
+  DLMUserCheck(same, scene->comm, "%s %s cannot go on from -restart %s, which has %s; allowed: the same", key, now, file->path, text);
+  PetscFunctionReturn(0);
+}
+
+static PetscErrorCode MoveNumber(DLMCheckpointFile *file, const DLMScene *scene, const char key[], PetscReal value)
+{
+  PetscFunctionBegin;
+  if (value == DLM_AUTO) PetscCall(MoveFact(file, scene, key, "auto"));
+  else PetscCall(MoveFact(file, scene, key, "%.15g", (double)value));
   PetscFunctionReturn(0);
 }
 
 static PetscErrorCode MoveScene(DLMCheckpointFile *file, DLMSimulation sim)
 {
-  const DLMScene *scene = sim->scene;
+  const DLMScene *s     = sim->scene;
+  const PetscReal *size = s->box_size, *frame = sim->frame_velocity;
   PetscReal      *radius;
 
   PetscFunctionBegin;
-  for (PetscInt k = 0;; k++) {
-    const char *key;
-    char        name[64], now[DLM_CHECKPOINT_TEXT] = "", text[DLM_CHECKPOINT_TEXT] = "";
-    PetscBool   same;
-    PetscCall(DescribeScene(sim, k, &key, now));
-    if (!key) break;
-    PetscCall(PetscSNPrintf(name, sizeof(name), "scene/%s", key[0] == '-' ? key + 1 : key));
-    PetscCall(PetscStrncpy(text, now, sizeof(text)));
-    PetscCall(DLMCheckpointText(file, name, text));
-    PetscCall(PetscStrcmp(text, now, &same));
-    DLMUserCheck(same, scene->comm, "%s %s cannot go on from -restart %s, which has %s; allowed: the same", key, now, file->path, text);
-  }
-  PetscCall(PetscMalloc1(scene->n_spheres, &radius));
-  for (PetscInt i = 0; i < scene->n_spheres; i++) radius[i] = scene->spheres[i].radius;
-  PetscCall(DLMCheckpointReals(file, "scene/radii", scene->n_spheres, radius));
-  for (PetscInt i = 0; i < scene->n_spheres; i++)
-    DLMUserCheck(radius[i] == scene->spheres[i].radius, scene->comm, "radius %.15g of sphere %" PetscInt_FMT " cannot go on from -restart %s, which has %.15g; allowed: the same",
-                 (double)scene->spheres[i].radius, i, file->path, (double)radius[i]);
+  PetscCall(MoveFact(file, s, "-box_size", "%.15g,%.15g,%.15g", (double)size[0], (double)size[1], (double)size[2]));
+  PetscCall(MoveFact(file, s, "-box_periodic", "%d,%d,%d", s->box_periodic[0] != 0, s->box_periodic[1] != 0, s->box_periodic[2] != 0));
+  PetscCall(MoveFact(file, s, "-grid_resolution", "%.15g", (double)s->grid_resolution));
+  PetscCall(MoveFact(file, s, "-fluid_model", "%s", DLMFluidModels[s->fluid_model]));
+  PetscCall(MoveFact(file, s, "-polymer_form", "%s", s->fluid_model ? DLMPolymerForms[s->polymer_form] : "none"));
+  PetscCall(MoveFact(file, s, "-polymer_inside", "%s", s->fluid_model ? DLMInsides[s->polymer_inside] : "none"));
+  PetscCall(MoveFact(file, s, "-pairing_type", "%s", DLMPairingTypes[s->pairing_type]));
+  PetscCall(MoveFact(file, s, "-pairing_points", "%s", DLMPointSets[s->pairing_points]));
+  PetscCall(MoveNumber(file, s, "-pairing_spacing", s->pairing_spacing));
+  PetscCall(MoveNumber(file, s, "-pairing_degree", s->pairing_degree));
+  PetscCall(MoveNumber(file, s, "-pairing_retraction", s->pairing_retraction));
+  PetscCall(MoveFact(file, s, "number of spheres", "%" PetscInt_FMT, s->n_spheres));
+  PetscCall(MoveFact(file, s, "mean wall velocity", "%.15g,%.15g,%.15g", (double)frame[0], (double)frame[1], (double)frame[2]));
+  PetscCall(PetscMalloc1(s->n_spheres, &radius));
+  for (PetscInt i = 0; i < s->n_spheres; i++) radius[i] = s->spheres[i].radius;
+  PetscCall(DLMCheckpointReals(file, "scene/radii", s->n_spheres, radius));
+  for (PetscInt i = 0; i < s->n_spheres; i++)
+    DLMUserCheck(radius[i] == s->spheres[i].radius, s->comm, "radius %.15g of sphere %" PetscInt_FMT " cannot go on from -restart %s, which has %.15g; allowed: the same",
+                 (double)s->spheres[i].radius, i, file->path, (double)radius[i]);
   PetscCall(PetscFree(radius));
   PetscFunctionReturn(0);
 }
