@@ -1,4 +1,5 @@
 dlm_unit(scene 1 2)
+dlm_unit(scenespheres 1 2)
 dlm_unit(appendfile 1)
 dlm_unit(fieldsio 1 2 3)
 dlm_unit(checkpoint 1 2)
