@@ -92,7 +92,7 @@ def refused():
     again = scene + f" -ts_max_steps 3 -restart {good}"
     changes = (("-box_size 1.5,1,2", r"-box_size 1\.5,1,2 cannot go on from -restart \S+, which has 1\.5,1,1; allowed: the same"),
                ("-box_periodic 1,0,0", r"-box_periodic 1,0,0 .* which has 1,1,0"), ("-grid_resolution 20", r"-grid_resolution 20 .* which has 16"),
-               ("-fluid_model newtonian", r"-fluid_model newtonian .* which has oldroyd_b"), ("-polymer_form log", r"-polymer_form log .* which has factor"),
+               ("-fluid_model newtonian", r"-fluid_model newtonian .* which has oldroyd_b"), ("-polymer_form log", r"-polymer_form log .* which has factor"), ("-polymer_inside evolve", r"-polymer_inside evolve .* which has extend"),
                ("-sphere_radius 0.14", r"radius 0\.14 of sphere 0 .* which has 0\.15"), ("-sphere_centers 0,0,0", r"number of spheres 1 .* which has 3"),
                ("-pairing_degree 2", r"-pairing_degree 2 .* which has auto"), ("-pairing_points volume", r"-pairing_points volume .* which has surface"),
                ("-wall_velocity_upper 1,0,0", r"mean wall velocity 0,0,0 .* which has 0\.5,0,0"))
