@@ -191,7 +191,8 @@ static PetscErrorCode CheckPolymer(DLMScene *scene)
                "-polymer_coupling explicit with no solvent viscosity (-fluid_retardation_time 0); allowed: both_sides");
   if (scene->polymer_coupling == DLM_COUPLING_EXPLICIT) scene->implicit_viscosity *= scene->retardation_time / lambda1;
   if (scene->polymer_inside == DLM_INSIDE_AUTO) { /* docs/theory.md, V8 */
-    const PetscBool slow = (PetscBool)(lambda1 * DLMSceneDrivingRate(scene) <= 1.0 + 1e-9);
+    const PetscReal most = scene->n_spheres == 1 ? PetscMin(1.0, 0.25 * scene->spheres[0].radius / scene->h) : 0.0;
+    const PetscBool slow = (PetscBool)(lambda1 * DLMSceneDrivingRate(scene) <= most * (1.0 + 1e-9));
     scene->polymer_inside = scene->n_spheres == 1 && slow && scene->polymer_coupling == DLM_COUPLING_BOTH_SIDES ? DLM_INSIDE_STOKES : DLM_INSIDE_EXTEND;
   }
   PetscFunctionReturn(0);

@@ -63,7 +63,7 @@ const DLMSceneKey DLMSceneKeys[] = {
   {"Polymer", "polymer_inside", DLM_KEY_WORD, "auto", AT(scene.polymer_inside), ONE_OF(DLMInsides), "",
    "C in and next to the spheres: identity, reset inside every step (thesis); evolve, as outside; extend, continued from outside, across the layer that the "
    "stress offset leaves out, into two layers; stokes, carried within two mesh widths of a surface by Stokes's flow past the sphere, fitted to the mesh's flow; "
-   "auto: stokes, which turns a sphere at the right rate, for one sphere up to Wi = 1 and both_sides; else extend, which carries spheres better"},
+   "auto: stokes, which turns a sphere at the right rate, for one sphere, both_sides and Wi up to 1 and to a quarter of the radius in h; else extend, which carries spheres better"},
   {"Polymer", "polymer_stress_offset", DLM_KEY_AUTO, "auto", AT(scene.polymer_stress_offset), BETWEEN(0, 4), "h",
    "the polymer's stress counts from this far outside a sphere's surface on; 0: everywhere; "
    "auto: calibrated for both_sides, 0.1 with -polymer_inside stokes, 0.75 with extend; else 0"},

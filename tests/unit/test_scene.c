@@ -173,8 +173,10 @@ static void TheRuleForCFollowsTheScene(void **state)
     const char *options;
     DLMInside   rule;
   } cases[] = {
-    { "-fluid_relaxation_time 0.5 -sphere_centers 0,0,0", DLM_INSIDE_STOKES }, /* the rate is 2: Wi = 1 */
-    { "-fluid_relaxation_time 0.51 -sphere_centers 0,0,0", DLM_INSIDE_EXTEND },
+    { "-fluid_relaxation_time 0.5 -sphere_centers 0,0,0 -grid_resolution 40", DLM_INSIDE_STOKES }, /* the rate is 2: Wi = 1, a/h = 4 */
+    { "-fluid_relaxation_time 0.5 -sphere_centers 0,0,0 -grid_resolution 38", DLM_INSIDE_EXTEND },
+    { "-fluid_relaxation_time 0.25 -sphere_centers 0,0,0", DLM_INSIDE_STOKES },
+    { "-fluid_relaxation_time 0.51 -sphere_centers 0,0,0 -grid_resolution 100", DLM_INSIDE_EXTEND },
     { "-fluid_relaxation_time 0.25 -sphere_centers 0,0,0,0.3,0,0", DLM_INSIDE_EXTEND },
     { "-fluid_relaxation_time 0.25 -sphere_centers 0,0,0 -polymer_coupling explicit", DLM_INSIDE_EXTEND },
     { "-fluid_relaxation_time 0.25 -sphere_centers 0,0,0 -polymer_inside evolve", DLM_INSIDE_EVOLVE },
