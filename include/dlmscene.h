@@ -15,6 +15,7 @@ typedef enum { DLM_FLUID_NEWTONIAN, DLM_FLUID_OLDROYD_B, DLM_FLUID_UCM, DLM_FLUI
 typedef enum { DLM_FORM_FACTOR, DLM_FORM_LOG } DLMPolymerForm;
 typedef enum { DLM_COUPLING_EXPLICIT, DLM_COUPLING_BOTH_SIDES } DLMCoupling;
 typedef enum { DLM_INSIDE_IDENTITY, DLM_INSIDE_EVOLVE, DLM_INSIDE_EXTEND, DLM_INSIDE_STOKES, DLM_INSIDE_AUTO } DLMInside;
+typedef enum { DLM_MIRROR_NONE, DLM_MIRROR_HALF, DLM_MIRROR_WHOLE } DLMMirror;
 typedef enum { DLM_ACCURACY_NONE, DLM_ACCURACY_DRAFT, DLM_ACCURACY_STANDARD, DLM_ACCURACY_FINE, DLM_ACCURACY_REFERENCE } DLMAccuracy;
 typedef enum { DLM_PLANE_12, DLM_PLANE_13, DLM_PLANE_23 } DLMPlane;
 typedef enum { DLM_LUBRICATION_FALSE, DLM_LUBRICATION_TRUE, DLM_LUBRICATION_AUTO } DLMLubricationChoice;
@@ -28,6 +29,7 @@ extern const char *const DLMCouplings[];
 extern const char *const DLMInsides[];
 extern const char *const DLMLubrications[];
 extern const char *const DLMPlanes[];
+extern const char *const DLMMirrors[];
 extern const char *const DLMAccuracies[];
 
 /* One rigid sphere as the scene starts it. */
@@ -63,6 +65,7 @@ typedef struct {
 
   PetscReal box_size[3];
   PetscBool box_periodic[3];
+  DLMMirror box_mirror;               /* what of a box that is its own mirror image in x2 = 0 is computed */
   PetscReal grid_resolution;          /* cells per unit length, 1/h */
   PetscReal h;                        /* mesh width */
   PetscInt  cells[3];                 /* cells per axis, even */
@@ -125,6 +128,13 @@ typedef struct {
   char      restart[PETSC_MAX_PATH_LEN]; /* the checkpoint to go on from, or "" */
   char      source[PETSC_MAX_PATH_LEN]; /* the scene's file, "" if written in options only */
 } DLMScene;
+
+/* Velocity nodes that are kept on axis d. Not collective. */
+static inline PetscInt DLMSceneNodes(const DLMScene *scene, int d)
+{
+  if (d == 1 && scene->box_mirror == DLM_MIRROR_HALF) return scene->cells[d] / 2 + 1;
+  return scene->cells[d] + (scene->box_periodic[d] ? 0 : 1);
+}
 
 /* The shear that the walls of one axis drive, in the directions of rheology: 1 the flow, 2 across the gap, 3 = 1 x 2. */
 typedef struct {

@@ -37,8 +37,10 @@ double DLMTransferWeight(const int o[3]);
 /*
   Row of the divergence B = P^T (D_1 D_2 D_3) at a coarse node, times h^2 (h the fine mesh width): row[j][.] holds the
   coefficients of u_j at the fine offsets o in {-2..2}^3 from it, index (o1+2) + 5 (o2+2) + 25 (o3+2).
+
+  symmetric: the mean of this cut and its mirror image in x2 (docs/theory.md, G6).
 */
-void DLMKuhnDivergence(const int place[3], double row[3][125]);
+void DLMKuhnDivergence(const int place[3], int symmetric, double row[3][125]);
 
 /* P1 interpolation at the fractional position x in [0,1]^3 of a cube: weights of its 8 corners, index c1 + 2 c2 + 4 c3. */
 void DLMKuhnInterpolate(const double x[3], double weight[8]);

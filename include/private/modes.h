@@ -2,7 +2,7 @@
   Plane modes of a DMDA field, kept level by level along the line axis.
 
   The two plane axes (fast, slow) are transformed by FFTW: Fourier on a periodic axis, sine on an axis between walls (velocity only:
-  the unknowns are the inner nodes). A modal row holds every fast mode of one slow mode; the rows are shared over the
+  the unknowns are the inner nodes). Between mirrors x2, then the slow axis, has cosines, and sines for u2. A modal row holds every fast mode of one slow mode; the rows are shared over the
   ranks, each rank holds all levels of its rows:
 
     modal[((level * dof + component) * n_rows + r) * row + i]
@@ -24,6 +24,7 @@ typedef struct {
   PetscInt     first[3], count[3];      /* unknown nodes of each axis */
   PetscInt     cells[3];                /* cells of this field's mesh */
   PetscBool    is_complex;              /* both plane axes periodic */
+  PetscBool    half;                    /* the slow axis lies between mirrors */
   PetscInt     row;                     /* doubles in a modal row, a multiple of 4; the padding is zero */
   PetscInt     plane_size;              /* doubles in one component of a plane, a multiple of 4 */
   PetscInt     n_rows;                  /* rows of this rank */
@@ -42,6 +43,7 @@ typedef struct {
   PetscInt    *row_order, *row_owner;   /* all slow modes, sorted by owner */
   PetscMPIInt *slab_count, *slab_start, *mode_count, *mode_start;
   fftw_plan    forward, backward;
+  fftw_plan    cosine, sine;            /* of the slow axis, both ways; half only */
 } DLMModes;
 
 /* dof 3: velocity, dof 1: pressure (needs both plane axes periodic). Collective. */
@@ -51,8 +53,16 @@ PETSC_INTERN PetscErrorCode DLMModesDestroy(DLMModes **modes);
 PETSC_INTERN PetscErrorCode DLMModesForward(DLMModes *modes, const PetscScalar *array);
 /* Writes the unknown nodes only; the result is multiplied by modes->scale. Destroys modes->modal. Collective. */
 PETSC_INTERN PetscErrorCode DLMModesBackward(DLMModes *modes, PetscScalar *array);
-/* Pressure rows of the rank that has most of them, if the slow axis has `rows` pressure modes and both plane axes are periodic. */
-PETSC_INTERN PetscInt DLMModesMostPressureRows(PetscInt rows, PetscMPIInt size);
+/* Pressure rows of the rank that has most of them, if the slow axis has `rows` pressure modes (rows + 1 if half) and both plane axes are periodic. */
+PETSC_INTERN PetscInt DLMModesMostPressureRows(PetscInt rows, PetscBool half, PetscMPIInt size);
+/* Pressure row that a velocity row aliases onto, as it is and conjugated. */
+static inline PetscInt DLMModesAlias(const DLMModes *pressure, PetscInt row, PetscBool conjugate)
+{
+  const PetscInt n = pressure->cells[pressure->slow];
+
+  if (pressure->half) return PetscMin(row, 2 * n - row);
+  return (conjugate ? 2 * n - row : row) % n;
+}
 /* Eigenvalue of (-1, 2, -1) on an axis for mode i as FFTW orders them. */
 PETSC_INTERN PetscReal DLMModesEigenvalue(const DLMModes *modes, PetscInt axis, PetscInt i);
 #endif

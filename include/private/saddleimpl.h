@@ -146,6 +146,7 @@ PETSC_INTERN void DLMRigidMass(const DLMScene *scene, PetscInt i, PetscReal weig
 static inline PetscBool DLMRigidHeld(const DLMScene *scene, PetscInt i, int c)
 {
   const DLMMotion motion = scene->spheres[i].motion;
+  if (scene->box_mirror == DLM_MIRROR_HALF && (c == 1 || c == 3 || c == 5)) return PETSC_TRUE; /* its mirror image would do the opposite */
   return (PetscBool)(motion == DLM_MOTION_FIXED || (motion == DLM_MOTION_ROTATE && c < 3));
 }
 /* v <- V + omega x r. */

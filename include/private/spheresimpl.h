@@ -36,6 +36,9 @@ typedef struct {
   PetscReal *weight; /* one per entry */
 } DLMMarkers;
 
+/* What a leaf stands for: an unknown node; one whose velocity is a wall's; in half a box a node, the mirror image of a node, or a node on the mirror. */
+enum { DLM_LEAF_NODE, DLM_LEAF_WALL, DLM_LEAF_TWIN, DLM_LEAF_IMAGE, DLM_LEAF_MIRROR };
+
 struct _p_DLMPairing {
   DLMSpheres       spheres;
   const DLMScene  *scene;
@@ -47,14 +50,15 @@ struct _p_DLMPairing {
   PetscInt        *leaf;       /* leaf of each entry */
   PetscInt         n_boxes, n_leaves;
   DLMNodeBox      *box;
-  char            *leaf_on_wall;
+  char            *leaf_kind;  /* DLM_LEAF_... */
   PetscScalar     *leaves;     /* 3 per leaf */
   PetscSF          sf;         /* velocity nodes -> leaves */
 };
 
 /*
   Star forest from velocity nodes (roots, DLMNodeType units) to the nodes of boxes on this rank (leaves), box by box with x1
-  fastest. Boxes may wrap around periodic axes; on other axes they lie inside the mesh. Collective.
+  fastest. Boxes may wrap around periodic axes and reach through mirrors, where a leaf holds the node that it is the image of; on other axes they lie inside
+  the mesh. Collective.
 */
 PETSC_INTERN PetscErrorCode DLMNodeBoxForest(DLMGrid grid, PetscInt n, const DLMNodeBox *boxes, PetscSF *sf);
 /* Three scalars; created once, never freed before MPI_Finalize. */
@@ -78,6 +82,8 @@ PETSC_INTERN PetscErrorCode DLMPairingGetPointSet(DLMPairing pairing, const DLMC
 PETSC_INTERN PetscErrorCode DLMPairingGetBlockCover(const DLMScene *scene, PetscReal radius, DLMCover *cover);
 /* y[3 n_multipliers] += scale epsilon c, the compliance of one sphere's cover (docs/theory.md, P5). */
 PETSC_INTERN void DLMCoverComply(const DLMCover *cover, PetscReal scale, const PetscScalar *c, PetscScalar *y);
+/* c[3 n_multipliers] of one sphere's harmonics <- their symmetric part under the mirror x2 -> -x2. */
+PETSC_INTERN void DLMCoverSymmetrise(const DLMCover *cover, PetscScalar *c);
 /* Pairs of overlapping spheres, where the point set needs them; else none. Free with PetscFree. */
 PETSC_INTERN PetscErrorCode DLMPairingOverlaps(DLMPairing pairing, PetscInt *n, PetscInt **pairs);
 #endif

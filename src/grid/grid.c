@@ -3,7 +3,7 @@
 /* Pressure nodes of an axis. */
 static PetscInt CoarseNodes(DLMGrid grid, int d)
 {
-  return grid->cells[d] / 2 + (grid->periodic[d] ? 0 : 1);
+  return grid->cells[d] / 2 + DLMGridHasEnds(grid, d);
 }
 
 /* Fewest pressure nodes a rank may hold on an axis: the velocity stencil has width 2. */
@@ -62,7 +62,7 @@ static PetscErrorCode CreateDM(DLMGrid grid, const PetscInt nodes[3], PetscInt d
   DMBoundaryType boundary[3];
 
   PetscFunctionBeginUser;
-  for (int d = 0; d < 3; d++) boundary[d] = grid->periodic[d] ? DM_BOUNDARY_PERIODIC : DM_BOUNDARY_NONE;
+  for (int d = 0; d < 3; d++) boundary[d] = !grid->periodic[d] ? DM_BOUNDARY_NONE : (DLMGridHasEnds(grid, d) ? DM_BOUNDARY_GHOSTED : DM_BOUNDARY_PERIODIC);
   PetscCall(DMDACreate3d(grid->comm, boundary[0], boundary[1], boundary[2], stencil, nodes[0], nodes[1], nodes[2],
                          grid->processes[0], grid->processes[1], grid->processes[2], dof, width, share[0], share[1], share[2], dm));
   PetscCall(DMSetUp(*dm));
@@ -108,11 +108,17 @@ static PetscErrorCode Describe(const DLMScene *scene, DLMGrid grid, PetscBool *f
   grid->comm = scene->comm;
   grid->h    = scene->h;
   grid->line = 2;
+  grid->half = (PetscBool)(scene->box_mirror == DLM_MIRROR_HALF);
+  grid->symmetric = (PetscBool)(scene->box_mirror != DLM_MIRROR_NONE);
   for (int d = 0; d < 3; d++) {
     grid->lower[d]    = -0.5 * scene->box_size[d];
     grid->cells[d]    = scene->cells[d];
     grid->periodic[d] = scene->box_periodic[d];
-    grid->nodes[d]    = grid->cells[d] + (grid->periodic[d] ? 0 : 1);
+    if (grid->half && d == 1) {
+      grid->lower[d] = 0.0;
+      grid->cells[d] /= 2;
+    }
+    grid->nodes[d] = grid->cells[d] + DLMGridHasEnds(grid, d);
   }
   for (int d = 0; d < 3; d++)
     if (!grid->periodic[d]) grid->line = d;
@@ -146,6 +152,38 @@ PetscErrorCode DLMGridCreate(const DLMScene *scene, DLMGrid *new_grid)
   PetscCall(Describe(scene, grid, NULL));
   PetscCall(CreateDMs(grid));
   *new_grid = grid;
+  PetscFunctionReturn(0);
+}
+
+/* The planes of ghosts beyond a mirror, from the planes inside it: both are in the local vector. */
+static PetscErrorCode FillImages(DLMGrid grid, DM dm, const PetscReal sign[], Vec local)
+{
+  PetscInt     ghost[3], width[3], dof, cells;
+  PetscScalar *x;
+
+  PetscFunctionBegin;
+  PetscCall(DMDAGetInfo(dm, NULL, NULL, &cells, NULL, NULL, NULL, NULL, &dof, NULL, NULL, NULL, NULL, NULL));
+  PetscCall(DMDAGetGhostCorners(dm, &ghost[0], &ghost[1], &ghost[2], &width[0], &width[1], &width[2]));
+  cells--; /* nodes 0..cells */
+  PetscCall(VecGetArray(local, &x));
+  for (PetscInt j = ghost[1]; j < ghost[1] + width[1]; j++) {
+    const PetscInt from = j < 0 ? -j : 2 * cells - j;
+    if (j >= 0 && j <= cells) continue;
+    for (PetscInt k = 0; k < width[2]; k++) {
+      PetscScalar       *to    = x + dof * width[0] * (j - ghost[1] + width[1] * k);
+      const PetscScalar *image = x + dof * width[0] * (from - ghost[1] + width[1] * k);
+      for (PetscInt i = 0; i < dof * width[0]; i++) to[i] = sign[i % dof] * image[i];
+    }
+  }
+  PetscCall(VecRestoreArray(local, &x));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode DLMGridGlobalToLocal(DLMGrid grid, DM dm, const PetscReal sign[], Vec global, Vec local)
+{
+  PetscFunctionBegin;
+  PetscCall(DMGlobalToLocal(dm, global, INSERT_VALUES, local));
+  if (grid->half) PetscCall(FillImages(grid, dm, sign, local));
   PetscFunctionReturn(0);
 }
 
@@ -187,7 +225,8 @@ PetscErrorCode DLMGridLocate(DLMGrid grid, PetscInt coarsening, const PetscInt i
 
   PetscFunctionBegin;
   for (int d = 0; d < 3; d++) {
-    const PetscInt n = grid->cells[d] / coarsening, node = grid->periodic[d] ? ((i[d] % n) + n) % n : i[d];
+    PetscBool      image;
+    const PetscInt node = grid->periodic[d] ? DLMGridFold(grid, d, grid->cells[d] / coarsening, i[d], &image) : i[d];
     process[d] = AxisProcess(grid, d, coarsening * node);
     local[d]   = node - grid->start[d][process[d]] / coarsening;
     width[d]   = (grid->start[d][process[d] + 1] + coarsening - 1) / coarsening - grid->start[d][process[d]] / coarsening;

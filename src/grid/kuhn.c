@@ -130,7 +130,7 @@ static void AddFineRow(const int b[3], const int place[3], double weight, double
   }
 }
 
-void DLMKuhnDivergence(const int place[3], double row[3][125])
+static void DivergenceOfCut(const int place[3], double row[3][125])
 {
   memset(row, 0, 3 * 125 * sizeof(double));
   for (int i = 0; i < 27; i++) {
@@ -141,6 +141,18 @@ void DLMKuhnDivergence(const int place[3], double row[3][125])
       if ((place[d] == DLM_LOWER && b[d] < 0) || (place[d] == DLM_UPPER && b[d] > 0)) exists = 0;
     if (exists) AddFineRow(b, place, weight, row);
   }
+}
+
+void DLMKuhnDivergence(const int place[3], int symmetric, double row[3][125])
+{
+  const int opposite[3] = { place[0], 2 - place[1], place[2] };
+  double    image[3][125];
+
+  DivergenceOfCut(place, row);
+  if (!symmetric) return;
+  DivergenceOfCut(opposite, image);
+  for (int j = 0; j < 3; j++)
+    for (int i = 0; i < 125; i++) row[j][i] = 0.5 * (row[j][i] + (j == 1 ? -1.0 : 1.0) * image[j][i + 5 * (4 - 2 * ((i / 5) % 5))]);
 }
 
 void DLMKuhnInterpolate(const double x[3], double weight[8])

@@ -39,6 +39,7 @@ static PetscErrorCode MoveScene(DLMCheckpointFile *file, DLMSimulation sim)
   PetscFunctionBegin;
   PetscCall(MoveFact(file, s, "-box_size", "%.15g,%.15g,%.15g", (double)size[0], (double)size[1], (double)size[2]));
   PetscCall(MoveFact(file, s, "-box_periodic", "%d,%d,%d", s->box_periodic[0] != 0, s->box_periodic[1] != 0, s->box_periodic[2] != 0));
+  PetscCall(MoveFact(file, s, "-box_mirror", "%s", DLMMirrors[s->box_mirror]));
   PetscCall(MoveFact(file, s, "-grid_resolution", "%.15g", (double)s->grid_resolution));
   PetscCall(MoveFact(file, s, "-fluid_model", "%s", DLMFluidModels[s->fluid_model]));
   PetscCall(MoveFact(file, s, "-polymer_form", "%s", s->fluid_model ? DLMPolymerForms[s->polymer_form] : "none"));

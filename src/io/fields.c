@@ -28,12 +28,14 @@ PetscErrorCode DLMFieldsOpen(DLMOutput output)
   DLMGrid         grid = output->sim->grid;
   const PetscReal fine[3] = { grid->h, grid->h, grid->h }, coarse[3] = { 2.0 * grid->h, 2.0 * grid->h, 2.0 * grid->h };
   PetscInt        nodes[3];
+  PetscBool       wraps[3];
 
   PetscFunctionBegin;
+  for (int d = 0; d < 3; d++) wraps[d] = (PetscBool)!DLMGridHasEnds(grid, d);
   PetscCall(DLMFieldFileCreate(grid->comm, output->sim->scene->output_dir, output->sim->first_step, &output->fields));
-  PetscCall(DLMFieldFileAddMesh(output->fields, "velocity_mesh", grid->nodes, grid->lower, fine, grid->periodic));
-  for (int d = 0; d < 3; d++) nodes[d] = grid->cells[d] / 2 + (grid->periodic[d] ? 0 : 1);
-  PetscCall(DLMFieldFileAddMesh(output->fields, "pressure_mesh", nodes, grid->lower, coarse, grid->periodic));
+  PetscCall(DLMFieldFileAddMesh(output->fields, "velocity_mesh", grid->nodes, grid->lower, fine, wraps));
+  for (int d = 0; d < 3; d++) nodes[d] = grid->cells[d] / 2 + !wraps[d];
+  PetscCall(DLMFieldFileAddMesh(output->fields, "pressure_mesh", nodes, grid->lower, coarse, wraps));
   PetscFunctionReturn(0);
 }
 

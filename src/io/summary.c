@@ -92,6 +92,7 @@ static void WriteScene(FILE *file, DLMSimulation sim)
   Vector(file, "box_size", scene->box_size);
   fprintf(file, "    \"box_periodic\": [%s, %s, %s],\n", scene->box_periodic[0] ? "true" : "false", scene->box_periodic[1] ? "true" : "false",
           scene->box_periodic[2] ? "true" : "false");
+  fprintf(file, "    \"box_mirror\": \"%s\",\n", DLMMirrors[scene->box_mirror]);
   fprintf(file, "    \"grid_resolution\": %.15g,\n    \"cells\": [%ld, %ld, %ld],\n", (double)scene->grid_resolution, (long)scene->cells[0],
           (long)scene->cells[1], (long)scene->cells[2]);
   for (int d = 0; d < 3; d++)
@@ -199,7 +200,7 @@ static long Nodes(const DLMScene *scene)
 {
   long n = 1;
 
-  for (int d = 0; d < 3; d++) n *= scene->cells[d] + !scene->box_periodic[d];
+  for (int d = 0; d < 3; d++) n *= DLMSceneNodes(scene, d);
   return n;
 }
 

@@ -428,6 +428,22 @@ static void ExpandBlock(const DLMBlock *b, PetscReal *x)
   BLASgemv_("N", &n, &m, &one, b->Y, &n, x + b->n, &unit, &minus, x, &unit);
 }
 
+/*
+  Half a box knows nothing of multipliers that the mirror turns round: they are none in the right-hand side, and stay none (B11).
+*/
+static PetscErrorCode SymmetriseBlock(const DLMBlocks *blocks, const DLMBlock *b, PetscReal *x)
+{
+  DLMCover cover;
+
+  PetscFunctionBegin;
+  if (!blocks->stokes->grid->half) PetscFunctionReturn(0);
+  for (PetscInt s = 0; s < b->n_spheres; s++, x += 3 * cover.n_multipliers) {
+    PetscCall(DLMPairingGetCover(blocks->scene, blocks->scene->spheres[b->spheres[s]].radius, &cover));
+    DLMCoverSymmetrise(&cover, x);
+  }
+  PetscFunctionReturn(0);
+}
+
 /* W U = r2 + R^T S^-1 r1, then lambda = Y U - S^-1 r1. */
 PetscErrorCode DLMBlocksApply(DLMBlocks *blocks, const PetscScalar *r, PetscScalar *z)
 {
@@ -436,7 +452,10 @@ PetscErrorCode DLMBlocksApply(DLMBlocks *blocks, const PetscScalar *r, PetscScal
   PetscCall(PetscSFBcastEnd(blocks->gather, MPIU_SCALAR, r, blocks->gathered, MPI_REPLACE));
   for (PetscInt k = 0; k < blocks->n; k++) PetscCall(CondenseBlock(blocks, &blocks->block[k], blocks->gathered + blocks->block[k].start));
   PetscCall(DLMBlocksSolveRigid(blocks));
-  for (PetscInt k = 0; k < blocks->n; k++) ExpandBlock(&blocks->block[k], blocks->gathered + blocks->block[k].start);
+  for (PetscInt k = 0; k < blocks->n; k++) {
+    ExpandBlock(&blocks->block[k], blocks->gathered + blocks->block[k].start);
+    PetscCall(SymmetriseBlock(blocks, &blocks->block[k], blocks->gathered + blocks->block[k].start));
+  }
   PetscCall(PetscSFReduceBegin(blocks->gather, MPIU_SCALAR, blocks->gathered, z, MPI_REPLACE));
   PetscCall(PetscSFReduceEnd(blocks->gather, MPIU_SCALAR, blocks->gathered, z, MPI_REPLACE));
   PetscFunctionReturn(0);

@@ -56,6 +56,53 @@ static void Symmetrise(DLMResponse *r)
       }
 }
 
+/* The mean of a response a and the mirror image in x2 of that at the mirrored offset, b, in both. */
+static void MeanOfImages(PetscReal *a, PetscReal *b)
+{
+  for (int v = 0; v < 3; v++)
+    for (int c = 0; c < 3; c++) {
+      const PetscReal sign = DLMMirrorVector[v] * DLMMirrorVector[c], mean = 0.5 * (a[3 * v + c] + sign * b[3 * v + c]);
+      a[3 * v + c]         = mean;
+      b[3 * v + c]         = sign * mean;
+    }
+}
+
+/* The near tables as Symmetrise has the far one: the source at the other end has the parity of that place. */
+static void SymmetriseNear(DLMResponse *r)
+{
+  PetscInt o[3];
+
+  for (PetscInt parity = 0; parity < 8; parity++)
+    for (o[2] = -r->near; o[2] <= r->near; o[2]++)
+      for (o[1] = -r->near; o[1] <= r->near; o[1]++)
+        for (o[0] = -r->near; o[0] <= r->near; o[0]++) {
+          const PetscInt m[3] = { -o[0], -o[1], -o[2] }, other = parity ^ ((o[0] & 1) + 2 * (o[1] & 1) + 4 * (o[2] & 1));
+          PetscReal     *a = DLMResponseNear(r, parity, o), *b = DLMResponseNear(r, other, m);
+          for (int v = 0; v < 3; v++)
+            for (int c = 0; c < 3; c++) a[3 * v + c] = b[3 * c + v] = 0.5 * (a[3 * v + c] + b[3 * c + v]);
+        }
+}
+
+/*
+  In half a box a source feels its image, and the responses lose symmetries that those in the middle of a whole box have. Blocks must not mix symmetric with
+  antisymmetric multipliers, of which the fluid knows nothing (B11).
+*/
+static void Mirror(DLMResponse *r)
+{
+  PetscInt o[3];
+
+  SymmetriseNear(r);
+
+  for (o[2] = -r->far; o[2] <= r->far; o[2]++)
+    for (o[1] = 0; o[1] <= r->far; o[1]++)
+      for (o[0] = -r->far; o[0] <= r->far; o[0]++) {
+        const PetscInt  m[3] = { o[0], -o[1], o[2] };
+        const PetscBool near = (PetscBool)(PetscAbsInt(o[0]) <= r->near && o[1] <= r->near && PetscAbsInt(o[2]) <= r->near);
+        MeanOfImages(DLMResponseFar(r, r->far_table, o), DLMResponseFar(r, r->far_table, m));
+        for (PetscInt parity = 0; near && parity < 8; parity++) MeanOfImages(DLMResponseNear(r, parity, o), DLMResponseNear(r, parity, m));
+      }
+}
+
 /* The far table seen through a delta that sits on a node: weights 1/4, 1/2, 1/4 on each axis. */
 static void Smooth(DLMResponse *r)
 {
@@ -108,7 +155,7 @@ static PetscErrorCode Create(DLMStokes stokes, PetscInt far, DLMResponse **new_r
     base[d]       = 2 * (grid->cells[d] / 4);
     box.low[d]    = base[d] - r->far;
     box.width[d]  = 2 * r->far + 2;
-    if (!grid->periodic[d]) {
+    if (DLMGridHasEnds(grid, d)) {
       box.low[d]   = PetscMax(0, box.low[d]);
       box.width[d] = PetscMin(grid->cells[d], base[d] + r->far + 1) - box.low[d] + 1;
     }
@@ -134,6 +181,7 @@ static PetscErrorCode Create(DLMStokes stokes, PetscInt far, DLMResponse **new_r
     }
   }
   PetscCall(DLMStokesSetInnerTolerance(stokes, rtol, &rtol));
+  if (grid->half) Mirror(r);
   Symmetrise(r);
   Smooth(r);
   PetscCall(VecDestroy(&x));

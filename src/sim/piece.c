@@ -8,7 +8,7 @@ static PetscReal Nodes(const DLMScene *scene)
 {
   PetscReal nodes = 1.0;
 
-  for (int d = 0; d < 3; d++) nodes *= scene->cells[d] + !scene->box_periodic[d];
+  for (int d = 0; d < 3; d++) nodes *= DLMSceneNodes(scene, d);
   return nodes;
 }
 

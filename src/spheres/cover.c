@@ -90,3 +90,21 @@ void DLMCoverComply(const DLMCover *cover, PetscReal scale, const PetscScalar *c
     }
   for (PetscInt k = 3 * 4; k < 3 * (cover->degree + 1) * (cover->degree + 1); k++) y[k] += scale * cover->compliance * c[k];
 }
+
+/* Column k of DLMHarmonics belongs to a monomial x1^a x2^b x3^c; they are orthonormalised over points that are their own mirror image, so parities do not mix. */
+static PetscInt PowerOfX2(PetscInt k)
+{
+  PetscInt l = 0, c;
+
+  while ((l + 1) * (l + 1) <= k) l++;
+  k -= l * l;
+  c = k > l;
+  return l - c - (c ? k - l - 1 : k);
+}
+
+void DLMCoverSymmetrise(const DLMCover *cover, PetscScalar *x)
+{
+  for (PetscInt k = 0; k < cover->n_multipliers; k++)
+    for (int d = 0; d < 3; d++)
+      if (PowerOfX2(k) % 2 != (d == 1)) x[3 * k + d] = 0.0;
+}

@@ -146,7 +146,7 @@ static PetscReal Width(DLMSpheres spheres, const DLMGap *gap, const PetscReal x[
     return width;
   }
   for (int c = 0; c < 3; c++) {
-    const PetscReal length = grid->cells[c] * grid->h;
+    const PetscReal length = DLMGridPeriod(grid, c);
     d[c]                   = y[c] - x[c];
     if (grid->periodic[c]) d[c] -= length * PetscFloorReal(d[c] / length + 0.5);
     square += d[c] * d[c];

@@ -29,7 +29,7 @@ PetscErrorCode DLMPairingDestroy(DLMPairing *pointer)
   PetscCall(PetscFree2(pairing->first, pairing->first_multiplier));
   PetscCall(PetscFree(pairing->leaf));
   PetscCall(PetscFree(pairing->box));
-  PetscCall(PetscFree2(pairing->leaf_on_wall, pairing->leaves));
+  PetscCall(PetscFree2(pairing->leaf_kind, pairing->leaves));
   PetscCall(PetscSFDestroy(&pairing->sf));
   PetscCall(PetscFree(*pointer));
   PetscFunctionReturn(0);
@@ -73,6 +73,22 @@ void DLMPairingGetBox(DLMPairing pairing, PetscInt i, DLMNodeBox *box)
   }
 }
 
+static int LeafKind(DLMGrid grid, PetscInt i, PetscInt j, PetscInt k)
+{
+  PetscBool image;
+  PetscInt  node;
+
+  if (DLMGridOnWall(grid, i, j, k)) return DLM_LEAF_WALL;
+  if (!grid->half) return DLM_LEAF_NODE;
+  node = DLMGridFold(grid, 1, grid->cells[1], j, &image);
+  if (node == 0 || node == grid->cells[1]) return DLM_LEAF_MIRROR;
+  return image ? DLM_LEAF_IMAGE : DLM_LEAF_TWIN;
+}
+
+/* What a leaf reads of its node's velocity, and what of a leaf's force comes to its node: the mean of the force and its mirror image (P1). */
+static const PetscReal reads[][3]  = { [DLM_LEAF_NODE] = { 1, 1, 1 }, [DLM_LEAF_WALL] = { 1, 1, 1 }, [DLM_LEAF_TWIN] = { 1, 1, 1 }, [DLM_LEAF_IMAGE] = { 1, -1, 1 }, [DLM_LEAF_MIRROR] = { 1, 0, 1 } };
+static const PetscReal passes[][3] = { [DLM_LEAF_NODE] = { 1, 1, 1 }, [DLM_LEAF_WALL] = { 0, 0, 0 }, [DLM_LEAF_TWIN] = { 0.5, 0.5, 0.5 }, [DLM_LEAF_IMAGE] = { 0.5, -0.5, 0.5 }, [DLM_LEAF_MIRROR] = { 1, 0, 1 } };
+
 /* Leaves change only when a sphere moves on by a node or changes owner. */
 static PetscErrorCode UpdateForest(DLMPairing pairing)
 {
@@ -94,15 +110,15 @@ static PetscErrorCode UpdateForest(DLMPairing pairing)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPIU_BOOL, MPI_LAND, grid->comm));
   if (same) PetscFunctionReturn(0);
   PetscCall(PetscSFDestroy(&pairing->sf));
-  PetscCall(PetscFree2(pairing->leaf_on_wall, pairing->leaves));
-  PetscCall(PetscMalloc2(leaves, &pairing->leaf_on_wall, 3 * leaves, &pairing->leaves));
+  PetscCall(PetscFree2(pairing->leaf_kind, pairing->leaves));
+  PetscCall(PetscMalloc2(leaves, &pairing->leaf_kind, 3 * leaves, &pairing->leaves));
   pairing->n_leaves = 0;
   for (PetscInt b = 0; b < pairing->n_boxes; b++) {
     const DLMNodeBox *box = &pairing->box[b];
     for (PetscInt k = 0; k < box->width[2]; k++)
       for (PetscInt j = 0; j < box->width[1]; j++)
         for (PetscInt i = 0; i < box->width[0]; i++)
-          pairing->leaf_on_wall[pairing->n_leaves++] = (char)DLMGridOnWall(grid, box->low[0] + i, box->low[1] + j, box->low[2] + k);
+          pairing->leaf_kind[pairing->n_leaves++] = (char)LeafKind(grid, box->low[0] + i, box->low[1] + j, box->low[2] + k);
   }
   PetscCall(DLMNodeBoxForest(grid, pairing->n_boxes, pairing->box, &pairing->sf));
   PetscFunctionReturn(0);
@@ -168,6 +184,8 @@ PetscErrorCode DLMPairingInterpolate(DLMPairing pairing, Vec u, PetscScalar *val
   PetscCall(PetscSFBcastBegin(pairing->sf, node, x, pairing->leaves, MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(pairing->sf, node, x, pairing->leaves, MPI_REPLACE));
   PetscCall(VecRestoreArrayRead(u, &x));
+  for (PetscInt l = 0; l < pairing->n_leaves; l++)
+    for (int c = 0; c < 3; c++) pairing->leaves[3 * l + c] *= reads[(int)pairing->leaf_kind[l]][c];
   for (PetscInt i = 0; i < m->n; i++) {
     PetscScalar sum[3] = { 0.0, 0.0, 0.0 };
     for (PetscInt e = m->entry[i]; e < m->entry[i + 1]; e++)
@@ -190,7 +208,7 @@ PetscErrorCode DLMPairingSpread(DLMPairing pairing, PetscReal scale, const Petsc
     for (PetscInt e = m->entry[i]; e < m->entry[i + 1]; e++)
       for (int c = 0; c < 3; c++) pairing->leaves[3 * pairing->leaf[e] + c] += scale * m->weight[e] * lambda[3 * i + c];
   for (PetscInt l = 0; l < pairing->n_leaves; l++)
-    if (pairing->leaf_on_wall[l]) PetscCall(PetscArrayzero(pairing->leaves + 3 * l, 3));
+    for (int c = 0; c < 3; c++) pairing->leaves[3 * l + c] *= passes[(int)pairing->leaf_kind[l]][c];
   PetscCall(VecGetArray(f, &x));
   PetscCall(PetscSFReduceBegin(pairing->sf, node, pairing->leaves, x, MPI_SUM));
   PetscCall(PetscSFReduceEnd(pairing->sf, node, pairing->leaves, x, MPI_SUM));

@@ -54,7 +54,7 @@ PetscErrorCode DLMSpheresGetWrapped(DLMSpheres spheres, PetscInt i, PetscReal ce
 
   PetscFunctionBegin;
   for (int d = 0; d < 3; d++) {
-    const PetscReal length = grid->cells[d] * grid->h;
+    const PetscReal length = DLMGridPeriod(grid, d);
     center[d]              = spheres->state[i].center[d];
     if (grid->periodic[d]) center[d] -= length * PetscFloorReal((center[d] - grid->lower[d]) / length);
   }
@@ -67,7 +67,7 @@ PetscErrorCode DLMSpheresSeparation(DLMSpheres spheres, PetscInt i, PetscInt j, 
 
   PetscFunctionBegin;
   for (int c = 0; c < 3; c++) {
-    const PetscReal length = grid->cells[c] * grid->h;
+    const PetscReal length = DLMGridPeriod(grid, c);
     d[c]                   = spheres->state[j].center[c] - spheres->state[i].center[c];
     if (grid->periodic[c]) d[c] -= length * PetscFloorReal(d[c] / length + 0.5);
   }

@@ -202,10 +202,8 @@ PetscErrorCode DLMBoxSolveSchur(DLMBox *box, const PetscScalar *b, PetscScalar *
 /* Pressure rows that a velocity row aliases onto: as it is, and conjugated. */
 static void AliasRows(const DLMBox *box, PetscInt row, PetscInt *direct, PetscInt *conjugate)
 {
-  const PetscInt k = box->velocity->rows[row], n = box->pressure->count[box->pressure->slow];
-
-  *direct    = box->pressure->row_of[k % n];
-  *conjugate = box->pressure->row_of[(2 * n - k) % n];
+  *direct    = box->pressure->row_of[DLMModesAlias(box->pressure, box->velocity->rows[row], PETSC_FALSE)];
+  *conjugate = box->pressure->row_of[DLMModesAlias(box->pressure, box->velocity->rows[row], PETSC_TRUE)];
 }
 
 /* pressure modes += B u for one velocity row. */
@@ -213,6 +211,7 @@ static void AddDivergence(const DLMBox *box, PetscInt row, const double *u, Pets
 {
   const DLMModes *p = box->pressure, *v = box->velocity;
   const PetscInt  half = v->row / 2, coarse = p->count[p->fast], modes = coarse / 2 + 1, width = p->n_rows * p->row;
+  const double    weight = v->half && v->rows[row] == p->cells[p->slow] ? 0.5 : 0.25; /* the middle cosine aliases onto itself */
   double          re[half], im[half];
   PetscInt        direct, conjugate;
 
@@ -234,10 +233,10 @@ static void AddDivergence(const DLMBox *box, PetscInt row, const double *u, Pets
       }
     }
     for (PetscInt f = 0; f < modes; f++) {
-      d[2 * f] += 0.25 * re[f];
-      d[2 * f + 1] += 0.25 * im[f];
-      c[2 * f] += 0.25 * re[coarse - f];
-      c[2 * f + 1] -= 0.25 * im[coarse - f];
+      d[2 * f] += weight * re[f];
+      d[2 * f + 1] += weight * im[f];
+      c[2 * f] += weight * re[coarse - f];
+      c[2 * f + 1] -= weight * im[coarse - f];
     }
   }
 }

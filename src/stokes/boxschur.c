@@ -5,8 +5,11 @@
 extern void zpotrf_(const char *, const PetscBLASInt *, double *, const PetscBLASInt *, PetscBLASInt *);
 extern void zpotri_(const char *, const PetscBLASInt *, double *, const PetscBLASInt *, PetscBLASInt *);
 
-/* sum over the plane offsets of a divergence row times exp(i theta . o): the row seen by one plane mode */
-static void RowSymbol(const DLMModes *m, const double row[125], PetscInt dz, PetscReal theta_fast, PetscReal theta_slow, double *re, double *im)
+/*
+  Sum over the plane offsets of a divergence row times exp(i theta . o): the row seen by one plane mode. Between mirrors cosines along the slow axis stay cosines, and
+  the sines of the component along it become cosines: the other half of the exponential cancels.
+*/
+static void RowSymbol(const DLMModes *m, int component, const double row[125], PetscInt dz, PetscReal theta_fast, PetscReal theta_slow, double *re, double *im)
 {
   *re = *im = 0.0;
   for (int s = -2; s <= 2; s++)
@@ -17,15 +20,16 @@ static void RowSymbol(const DLMModes *m, const double row[125], PetscInt dz, Pet
       o[m->fast] = f;
       o[m->slow] = s;
       b          = row[(o[0] + 2) + 5 * (o[1] + 2) + 25 * (o[2] + 2)];
-      *re += b * PetscCosReal(theta_fast * f + theta_slow * s);
-      *im += b * PetscSinReal(theta_fast * f + theta_slow * s);
+      if (m->half) b *= component == m->slow ? PetscSinReal(theta_slow * s) : PetscCosReal(theta_slow * s);
+      *re += b * PetscCosReal(theta_fast * f + (m->half ? 0.0 : theta_slow * s));
+      *im += b * PetscSinReal(theta_fast * f + (m->half ? 0.0 : theta_slow * s));
     }
 }
 
 PetscErrorCode DLMBoxBuildSymbol(DLMBox *box)
 {
   DLMModes       *m    = box->velocity;
-  const PetscInt  half = m->row / 2, nf = m->count[m->fast], ns = m->count[m->slow];
+  const PetscInt  half = m->row / 2, nf = m->count[m->fast], period = m->cells[m->slow] * (m->half ? 2 : 1);
   const PetscReal h2   = box->grid->h * box->grid->h;
 
   PetscFunctionBeginUser;
@@ -34,7 +38,7 @@ PetscErrorCode DLMBoxBuildSymbol(DLMBox *box)
     int    place[3] = { DLM_INNER, DLM_INNER, DLM_INNER };
     double row[3][125];
     place[m->line] = c;
-    DLMKuhnDivergence(place, row);
+    DLMKuhnDivergence(place, box->grid->symmetric, row);
     for (PetscInt dz = -2; dz <= 2; dz++)
       for (int j = 0; j < 3; j++)
         for (PetscInt r = 0; r < m->n_rows; r++) {
@@ -42,7 +46,7 @@ PetscErrorCode DLMBoxBuildSymbol(DLMBox *box)
           for (PetscInt i = 0; i < half; i++) {
             symbol[i] = symbol[half + i] = 0.0;
             if (i > nf / 2) continue;
-            RowSymbol(m, row[j], dz, 2.0 * PETSC_PI * i / nf, 2.0 * PETSC_PI * m->rows[r] / ns, &symbol[i], &symbol[half + i]);
+            RowSymbol(m, j, row[j], dz, 2.0 * PETSC_PI * i / nf, 2.0 * PETSC_PI * m->rows[r] / period, &symbol[i], &symbol[half + i]);
             symbol[i] *= h2;
             symbol[half + i] *= h2;
           }
@@ -153,7 +157,7 @@ static void StoreBlock(PetscInt n, PetscInt padded, const double *block, double 
 PetscErrorCode DLMBoxBuildSchur(DLMBox *box)
 {
   DLMModes      *p = box->pressure, *v = box->velocity;
-  const PetscInt n = box->p_levels, coarse = p->count[p->fast], modes = coarse / 2 + 1, ns = p->count[p->slow];
+  const PetscInt n = box->p_levels, coarse = p->count[p->fast], modes = coarse / 2 + 1, ns = p->cells[p->slow];
   double        *x, *block;
 
   PetscFunctionBeginUser;
@@ -163,9 +167,10 @@ PetscErrorCode DLMBoxBuildSchur(DLMBox *box)
     const PetscInt k = p->rows[r];
     for (PetscInt f = 0; f < modes; f++) {
       PetscCall(PetscArrayzero(block, 2 * n * n));
-      for (int alias = 0; alias < 2; alias++) {
-        AddModeBlock(box, v->row_of[k + alias * ns], f, PETSC_FALSE, x, block);
-        AddModeBlock(box, v->row_of[(2 * ns - k + alias * ns) % (2 * ns)], coarse - f, PETSC_TRUE, x, block);
+      for (int alias = 0; alias < 2; alias++) { /* the velocity rows that alias onto this one, and onto its conjugate */
+        const PetscInt other = v->half ? 2 * ns - k : k + ns, direct = alias ? other : k;
+        AddModeBlock(box, v->row_of[direct], f, PETSC_FALSE, x, block);
+        AddModeBlock(box, v->row_of[v->half ? direct : (2 * ns - direct) % (2 * ns)], coarse - f, PETSC_TRUE, x, block);
       }
       PetscCall(InvertBlock(n, (PetscBool)(k == 0 && f == 0), block));
       StoreBlock(n, box->padded, block, box->schur + (r * modes + f) * n * 2 * box->padded);

@@ -27,7 +27,7 @@ static void PlaceRow(DLMGrid grid, const PetscInt c[3], PetscBool wall_columns, 
   int place[3];
 
   for (int d = 0; d < 3; d++) place[d] = DLMGridPlace(grid, d, c[d], grid->cells[d] / 2);
-  DLMKuhnDivergence(place, row);
+  DLMKuhnDivergence(place, grid->symmetric, row);
   for (int i = 0; i < 125; i++) {
     const PetscBool wall = DLMGridOnWall(grid, 2 * c[0] + i % 5 - 2, 2 * c[1] + (i / 5) % 5 - 2, 2 * c[2] + i / 25 - 2);
     for (int j = 0; j < 3; j++) row[j][i] *= wall == wall_columns ? grid->h * grid->h : 0.0;
@@ -132,7 +132,7 @@ static PetscErrorCode DivergenceMult(Mat mat, Vec u, Vec p)
   PetscCall(MatShellGetContext(mat, &stokes));
   PetscCall(LoopSetUp(stokes->grid, &loop));
   PetscCall(DMGetLocalVector(stokes->grid->velocity, &local));
-  PetscCall(DMGlobalToLocal(stokes->grid->velocity, u, INSERT_VALUES, local));
+  PetscCall(DLMGridGlobalToLocal(stokes->grid, stokes->grid->velocity, DLMMirrorVector, u, local));
   PetscCall(VecZeroEntries(p));
   PetscCall(VecGetArray(local, &x));
   PetscCall(VecGetArray(p, &y));
@@ -152,6 +152,7 @@ static PetscErrorCode DivergenceMultTranspose(Mat mat, Vec p, Vec u)
 
   PetscFunctionBeginUser;
   PetscCall(MatShellGetContext(mat, &stokes));
+  DLMUserCheck(!stokes->grid->half, stokes->grid->comm, "-box_mirror half with another solver of the fluid or of the bodies than the program's; allowed: -box_mirror none or whole");
   PetscCall(LoopSetUp(stokes->grid, &loop));
   PetscCall(DMGetLocalVector(stokes->grid->velocity, &local));
   PetscCall(VecZeroEntries(local));
@@ -275,7 +276,7 @@ PetscErrorCode DLMStokesBuildWallForce(DLMStokes stokes, const DLMScene *scene)
   PetscCall(DMGetGlobalVector(dm, &wall));
   PetscCall(DMGetLocalVector(dm, &local));
   PetscCall(SetWallVelocity(stokes->grid, scene, wall));
-  PetscCall(DMGlobalToLocal(dm, wall, INSERT_VALUES, local));
+  PetscCall(DLMGridGlobalToLocal(stokes->grid, dm, DLMMirrorVector, wall, local));
   PetscCall(DMDAVecGetArrayDOF(dm, local, &w));
   PetscCall(DMDAVecGetArrayDOF(dm, u, &f));
   PetscCall(SetWallForce(stokes, w, f));

@@ -4,6 +4,7 @@ PetscReal DLMModesEigenvalue(const DLMModes *modes, PetscInt axis, PetscInt i)
 {
   const PetscInt n = modes->cells[axis];
 
+  if (modes->half && axis == modes->slow) return 2.0 - 2.0 * PetscCosReal(PETSC_PI * i / n);
   if (modes->grid->periodic[axis]) return 2.0 - 2.0 * PetscCosReal(2.0 * PETSC_PI * i / n);
   return 2.0 - 2.0 * PetscCosReal(PETSC_PI * (i + 1) / n);
 }
@@ -14,16 +15,17 @@ static void SetAxes(DLMModes *modes)
   const PetscInt coarse = modes->dof == 1 ? 2 : 1;
 
   modes->line       = grid->line;
-  modes->fast       = modes->line == 0 ? 1 : 0;
-  modes->slow       = 3 - modes->line - modes->fast;
+  modes->half       = grid->half;
+  modes->slow       = grid->half ? 1 : (modes->line == 2 ? 1 : 2);
+  modes->fast       = 3 - modes->line - modes->slow;
   modes->is_complex = (PetscBool)(grid->periodic[modes->fast] && grid->periodic[modes->slow]);
   modes->scale      = 1.0;
   for (int d = 0; d < 3; d++) {
     const PetscBool inner = (PetscBool)(!grid->periodic[d] && modes->dof == 3);
     modes->cells[d]       = grid->cells[d] / coarse;
     modes->first[d]       = inner ? 1 : 0;
-    modes->count[d]       = grid->periodic[d] ? modes->cells[d] : modes->cells[d] + (inner ? -1 : 1);
-    if (d != modes->line) modes->scale /= grid->periodic[d] ? modes->cells[d] : 2 * modes->cells[d];
+    modes->count[d]       = DLMGridHasEnds(grid, d) ? modes->cells[d] + (inner ? -1 : 1) : modes->cells[d];
+    if (d != modes->line) modes->scale /= DLMGridHasEnds(grid, d) ? 2 * modes->cells[d] : modes->cells[d];
   }
   modes->row = modes->is_complex ? 2 * (modes->count[modes->fast] / 2 + 1) : modes->count[modes->fast];
   modes->row        = 4 * ((modes->row + 3) / 4); /* keeps every row aligned for FFTW's vector code */
@@ -36,12 +38,13 @@ static PetscInt FamilyOwner(PetscMPIInt size, PetscInt before, PetscInt weight, 
   return PetscMin(size - 1, (size * (2 * before + weight)) / (2 * total));
 }
 
-PetscInt DLMModesMostPressureRows(PetscInt rows, PetscMPIInt size)
+PetscInt DLMModesMostPressureRows(PetscInt rows, PetscBool half, PetscMPIInt size)
 {
-  PetscInt most = 0, owner = 0, mine = 0;
+  const PetscInt last = half ? rows : rows / 2, total = half ? rows + 1 : rows;
+  PetscInt       most = 0, owner = 0, mine = 0;
 
-  for (PetscInt f = 0, before = 0; f <= rows / 2; f++) {
-    const PetscInt weight = f == 0 || 2 * f == rows ? 1 : 2, next = FamilyOwner(size, before, weight, rows);
+  for (PetscInt f = 0, before = 0; f <= last; f++) {
+    const PetscInt weight = half || f == 0 || 2 * f == rows ? 1 : 2, next = FamilyOwner(size, before, weight, total);
     mine  = (next == owner ? mine : 0) + weight;
     owner = next;
     most  = PetscMax(most, mine);
@@ -50,26 +53,34 @@ PetscInt DLMModesMostPressureRows(PetscInt rows, PetscMPIInt size)
   return most;
 }
 
-/* Rows of slow modes k, -k (mod the coarse number of modes) form a family that stays together; each rank takes a share. */
+/* Rows of slow modes that share a pressure row, or its conjugate, form a family. */
+static PetscInt Family(const DLMModes *modes, PetscInt k)
+{
+  const PetscInt n = modes->grid->cells[modes->slow] / 2;
+
+  if (!modes->is_complex) return k;
+  return modes->half ? PetscMin(k, 2 * n - k) : PetscMin(k % n, n - k % n);
+}
+
+/* A family stays together; each rank takes a share. */
 static PetscErrorCode ShareRows(DLMModes *modes)
 {
   const PetscInt n        = modes->count[modes->slow];
-  const PetscInt period   = modes->is_complex ? modes->grid->cells[modes->slow] / 2 : n;
-  const PetscInt families = modes->is_complex ? period / 2 + 1 : n;
+  const PetscInt pressure = modes->is_complex ? modes->grid->cells[modes->slow] / 2 + (modes->half ? 1 : 0) : n;
+  const PetscInt families = modes->is_complex && !modes->half ? pressure / 2 + 1 : pressure;
   PetscInt      *weight, *owner, before = 0, total = 0, filled = 0;
 
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc2(families, &weight, families, &owner));
   PetscCall(PetscMalloc4(n, &modes->row_order, n, &modes->row_owner, n, &modes->rows, n, &modes->row_of));
-  for (PetscInt k = 0; k < period; k++) weight[modes->is_complex ? PetscMin(k, period - k) : k]++;
+  for (PetscInt k = 0; k < pressure; k++) weight[Family(modes, k)]++;
   for (PetscInt f = 0; f < families; f++) total += weight[f];
   for (PetscInt f = 0; f < families; f++) {
     owner[f] = FamilyOwner(modes->size, before, weight[f], total);
     before += weight[f];
   }
   for (PetscInt k = 0; k < n; k++) {
-    const PetscInt c    = k % period;
-    modes->row_owner[k] = owner[modes->is_complex ? PetscMin(c, period - c) : c];
+    modes->row_owner[k] = owner[Family(modes, k)];
     modes->row_of[k]    = -1;
   }
   for (PetscInt r = 0; r < modes->size; r++)
@@ -183,7 +194,15 @@ static PetscErrorCode CreatePlans(DLMModes *modes)
   fftw_complex       *z = (fftw_complex *)modes->plane_modes;
 
   PetscFunctionBeginUser;
-  if (modes->is_complex) {
+  if (modes->half) {
+    const int           rows[1] = { n[0] }, inner[1] = { n[0] - 2 }, fast[1] = { n[1] }, width = (int)modes->row;
+    const fftw_r2r_kind even[1] = { FFTW_REDFT00 }, odd[1] = { FFTW_RODFT00 };
+    modes->forward  = fftw_plan_many_dft_r2c(1, fast, n[0], x, NULL, 1, n[1], z, NULL, 1, width / 2, flags);
+    modes->backward = fftw_plan_many_dft_c2r(1, fast, n[0], z, NULL, 1, width / 2, x, NULL, 1, n[1], flags);
+    modes->cosine   = fftw_plan_many_r2r(1, rows, width, y, NULL, width, 1, y, NULL, width, 1, even, flags);
+    modes->sine     = fftw_plan_many_r2r(1, inner, width, y + width, NULL, width, 1, y + width, NULL, width, 1, odd, flags);
+    PetscCheck(modes->cosine && modes->sine, modes->grid->comm, PETSC_ERR_LIB, "FFTW made no plan for cosines of %d nodes", n[0]);
+  } else if (modes->is_complex) {
     modes->forward  = fftw_plan_many_dft_r2c(2, n, 1, x, NULL, 1, 0, z, half, 1, 0, flags);
     modes->backward = fftw_plan_many_dft_c2r(2, n, 1, z, half, 1, 0, x, NULL, 1, 0, flags);
   } else {
@@ -239,6 +258,8 @@ PetscErrorCode DLMModesDestroy(DLMModes **pointer)
   fftw_free(modes->buffer);
   fftw_destroy_plan(modes->forward);
   fftw_destroy_plan(modes->backward);
+  if (modes->half) fftw_destroy_plan(modes->cosine);
+  if (modes->half) fftw_destroy_plan(modes->sine);
   PetscCall(PetscFree4(modes->row_order, modes->row_owner, modes->rows, modes->row_of));
   PetscCall(PetscFree4(modes->slab_count, modes->slab_start, modes->mode_count, modes->mode_start));
   PetscCall(PetscFree(*pointer));
@@ -308,12 +329,27 @@ static PetscErrorCode ExchangeRows(DLMModes *modes, PetscInt block, PetscBool se
   PetscFunctionReturn(0);
 }
 
-static void Transform(const DLMModes *modes, PetscBool forward, double *plane, double *mode)
+/* Between mirrors: cosines along the slow axis, for u2 sines, which vanish on the mirrors. Either way. */
+static void TransformSlow(const DLMModes *modes, PetscInt component, double *mode)
 {
+  const PetscInt row = modes->row, last = row * (modes->count[modes->slow] - 1);
+
+  if (component != modes->slow) {
+    fftw_execute_r2r(modes->cosine, mode, mode);
+    return;
+  }
+  for (PetscInt i = 0; i < row; i++) mode[i] = mode[last + i] = 0.0;
+  fftw_execute_r2r(modes->sine, mode + row, mode + row);
+}
+
+static void Transform(const DLMModes *modes, PetscBool forward, PetscInt component, double *plane, double *mode)
+{
+  if (modes->half && !forward) TransformSlow(modes, component, mode);
   if (modes->is_complex && forward) fftw_execute_dft_r2c(modes->forward, plane, (fftw_complex *)mode);
   else if (modes->is_complex) fftw_execute_dft_c2r(modes->backward, (fftw_complex *)mode, plane);
   else if (forward) fftw_execute_r2r(modes->forward, plane, mode);
   else fftw_execute_r2r(modes->backward, mode, plane);
+  if (modes->half && forward) TransformSlow(modes, component, mode);
 }
 
 PetscErrorCode DLMModesForward(DLMModes *modes, const PetscScalar *array)
@@ -330,7 +366,7 @@ PetscErrorCode DLMModesForward(DLMModes *modes, const PetscScalar *array)
     ReadPlanes(modes, source + modes->origin + k * modes->stride[modes->line]);
     for (PetscInt c = 0; c < modes->dof; c++) {
       const PetscInt block = k * modes->dof + c;
-      Transform(modes, PETSC_TRUE, modes->plane + c * modes->plane_size, modes->size > 1 ? modes->plane_modes : modes->modal + block * plane);
+      Transform(modes, PETSC_TRUE, c, modes->plane + c * modes->plane_size, modes->size > 1 ? modes->plane_modes : modes->modal + block * plane);
       if (modes->size > 1) PetscCall(ExchangeRows(modes, block, PETSC_TRUE));
     }
   }
@@ -353,7 +389,7 @@ PetscErrorCode DLMModesBackward(DLMModes *modes, PetscScalar *array)
     for (PetscInt c = 0; c < modes->dof; c++) {
       const PetscInt block = k * modes->dof + c;
       if (modes->size > 1) PetscCall(ExchangeRows(modes, block, PETSC_FALSE));
-      Transform(modes, PETSC_FALSE, modes->plane + c * modes->plane_size, modes->size > 1 ? modes->plane_modes : modes->modal + block * plane);
+      Transform(modes, PETSC_FALSE, c, modes->plane + c * modes->plane_size, modes->size > 1 ? modes->plane_modes : modes->modal + block * plane);
     }
     WritePlanes(modes, target + modes->origin + k * modes->stride[modes->line]);
   }

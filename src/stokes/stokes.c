@@ -226,21 +226,23 @@ PetscErrorCode DLMStokesDestroy(DLMStokes *pointer)
 
 PetscErrorCode DLMStokesForeseePressureBlocks(const DLMScene *scene, PetscReal *bytes, PetscBool *exists)
 {
-  PetscInt    line = 2, fast, slow, levels;
-  PetscMPIInt size;
-  PetscReal   row;
+  const PetscBool half = (PetscBool)(scene->box_mirror == DLM_MIRROR_HALF);
+  PetscInt        line = 2, fast, slow, levels, rows;
+  PetscMPIInt     size;
+  PetscReal       row;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(scene->comm, &size));
   for (PetscInt d = 0; d < 3; d++)
     if (!scene->box_periodic[d]) line = d;
-  fast    = line == 0 ? 1 : 0;
-  slow    = 3 - line - fast;
+  slow    = half || line == 2 ? 1 : 2;
+  fast    = 3 - line - slow;
+  rows    = scene->cells[slow] / (half ? 4 : 2); /* pressure cells of the slow axis */
   levels  = scene->cells[line] / 2 + (scene->box_periodic[line] ? 0 : 1);
   row     = (scene->cells[fast] / 4 + 1) * DLMBoxBlockBytes(levels);
   *exists = (PetscBool)(scene->box_periodic[fast] && scene->box_periodic[slow] &&
-                        row * DLMModesMostPressureRows(scene->cells[slow] / 2, size) <= scene->stokes_block_limit * 1048576.0);
-  *bytes  = *exists ? row * (scene->cells[slow] / 2) : 0.0;
+                        row * DLMModesMostPressureRows(rows, half, size) <= scene->stokes_block_limit * 1048576.0);
+  *bytes  = *exists ? row * (rows + half) : 0.0;
   PetscFunctionReturn(0);
 }
 

@@ -38,7 +38,7 @@ static PetscErrorCode ViscousMult(Mat mat, Vec u, Vec f)
   PetscCall(MatShellGetContext(mat, &stokes));
   grid = stokes->grid;
   PetscCall(DMGetLocalVector(grid->velocity, &local));
-  PetscCall(DMGlobalToLocal(grid->velocity, u, INSERT_VALUES, local));
+  PetscCall(DLMGridGlobalToLocal(grid, grid->velocity, DLMMirrorVector, u, local));
   PetscCall(DMDAVecGetArrayDOF(grid->velocity, local, &x));
   PetscCall(DMDAVecGetArrayDOFRead(grid->velocity, u, &z));
   PetscCall(DMDAVecGetArrayDOF(grid->velocity, f, &y));

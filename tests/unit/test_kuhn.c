@@ -188,7 +188,7 @@ static void DivergenceIsTransferredDerivative(void **state)
 
   for (int p = 0; p < 27; p++) {
     GetPlace(p, place, node);
-    DLMKuhnDivergence(place, row);
+    DLMKuhnDivergence(place, 0, row);
     for (int j = 0; j < 3; j++) {
       memset(sum, 0, sizeof(sum));
       for (int a = 0; a < 125; a++) {
@@ -245,7 +245,7 @@ static void LinearFieldsAreExact(void **state)
       AssertNear(one, 0.0, 1e-14);
       AssertNear(linear / DLMKuhnLumpedMass(place), g[j], 1e-13);
     }
-    DLMKuhnDivergence(place, b); /* div of (g1 x1, g2 x2, g3 x3) is the trace; the coarse lumped mass is 8 fine ones */
+    DLMKuhnDivergence(place, 0, b); /* div of (g1 x1, g2 x2, g3 x3) is the trace; the coarse lumped mass is 8 fine ones */
     for (int i = 0; i < 125; i++) total += g[0] * (i % 5 - 2) * b[0][i] + g[1] * ((i / 5) % 5 - 2) * b[1][i] + g[2] * (i / 25 - 2) * b[2][i];
     AssertNear(total, 8.0 * DLMKuhnLumpedMass(place) * (g[0] + g[1] + g[2]), 1e-12);
   }

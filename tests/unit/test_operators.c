@@ -199,7 +199,7 @@ static double DivergenceRow(const StokesCase *c, const double *u, const PetscInt
   int            place[3];
 
   for (int d = 0; d < 3; d++) place[d] = DLMGridPlace(c->grid, d, i[d], c->grid->cells[d] / 2);
-  DLMKuhnDivergence(place, row);
+  DLMKuhnDivergence(place, c->grid->symmetric, row);
   for (int k = 0; k < 125; k++) {
     const PetscInt o[3] = { k % 5 - 2, (k / 5) % 5 - 2, k / 25 - 2 }, at = Neighbour(c, c->grid->nodes, fine, o);
     if (at < 0 || DLMGridOnWall(c->grid, fine[0] + o[0], fine[1] + o[1], fine[2] + o[2]) != walls) continue;

@@ -1,0 +1,141 @@
+/* Half of a box that is its own mirror image in x2 = 0: the same flow as in the whole box with the same divergence. */
+#include "dlmtest.h"
+
+/* Both boxes of one scene. */
+typedef struct {
+  StokesCase half, whole;
+} Pair;
+
+static void OpenPair(const PetscInt cells[3], unsigned periodic, const PetscInt processes[3], Pair *pair)
+{
+  for (int k = 0; k < 2; k++) {
+    StokesCase *c = k ? &pair->whole : &pair->half;
+    MakeScene(PETSC_COMM_WORLD, cells, periodic, &c->scene);
+    c->scene.box_mirror = k ? DLM_MIRROR_WHOLE : DLM_MIRROR_HALF;
+    for (int d = 0; d < 3; d++) {
+      c->scene.grid_processes[d] = processes[d];
+      for (int side = 0; side < 2 && !c->scene.box_periodic[d]; side++) c->scene.wall_velocity[d][side][2 - d] = side ? 0.7 : -0.3;
+    }
+    CreateStokes("", c);
+  }
+}
+
+static void ClosePair(Pair *pair)
+{
+  DestroyStokes(&pair->half);
+  DestroyStokes(&pair->whole);
+}
+
+/* A random field that is its own mirror image: of a node's distance from x2 = 0, whichever box holds it. */
+typedef struct {
+  DLMGrid         grid;
+  unsigned        seed;
+  PetscInt        cells; /* of the whole axis, on this mesh */
+  const PetscReal *sign;
+} Symmetric;
+
+static double SymmetricValue(const PetscInt i[3], int component, const void *context)
+{
+  const Symmetric *s = context;
+  const PetscInt   j = i[1] - (s->grid->half ? 0 : s->cells / 2), distance = PetscAbsInt(j);
+  const double     value = Hash(s->seed, (uint64_t)(component + 3 * (i[0] + 1000 * (distance + 1000 * i[2]))));
+
+  if (s->sign[component] < 0.0) return distance == 0 || distance == s->cells / 2 ? 0.0 : (j < 0 ? -value : value);
+  return value;
+}
+
+static void FillSymmetric(const StokesCase *c, DM dm, unsigned seed, Vec v)
+{
+  const PetscBool vector = (PetscBool)(dm == c->grid->velocity);
+
+  FillNodes(dm, SymmetricValue, &(Symmetric){ c->grid, seed, c->scene.cells[1] / (vector ? 1 : 2), vector ? DLMMirrorVector : DLMMirrorScalar }, v);
+}
+
+/* Largest difference of a field on the nodes of the half, over the largest value. */
+static double HalfDifference(DM half_dm, Vec half, DM whole_dm, Vec whole)
+{
+  PetscInt n, nodes[3], all, dof;
+  double  *x, *y, difference = 0.0, largest = 0.0;
+
+  GatherNatural(half_dm, half, &n, &x);
+  GatherNatural(whole_dm, whole, &n, &y);
+  Call(DMDAGetInfo(half_dm, NULL, &nodes[0], &nodes[1], &nodes[2], NULL, NULL, NULL, &dof, NULL, NULL, NULL, NULL, NULL));
+  Call(DMDAGetInfo(whole_dm, NULL, NULL, &all, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL));
+  for (PetscInt k = 0; k < nodes[2]; k++)
+    for (PetscInt j = 0; j < nodes[1]; j++)
+      for (PetscInt i = 0; i < dof * nodes[0]; i++) {
+        const double value = y[i + dof * nodes[0] * ((j + all / 2) % all + all * k)];
+        difference         = fmax(difference, fabs(x[i + dof * nodes[0] * (j + nodes[1] * k)] - value));
+        largest            = fmax(largest, fabs(value));
+      }
+  Call(PetscFree(x));
+  Call(PetscFree(y));
+  return difference / largest;
+}
+
+static Vec NewSymmetric(const StokesCase *c)
+{
+  Vec x, u, p;
+
+  Call(DLMStokesCreateVec(c->stokes, &x));
+  Call(DLMStokesGetParts(c->stokes, x, &u, &p));
+  FillSymmetric(c, c->grid->velocity, 1, u);
+  FillSymmetric(c, c->grid->pressure, 2, p);
+  Call(DLMStokesRestoreParts(c->stokes, x, &u, &p));
+  return x;
+}
+
+static void AssertSame(const Pair *pair, Vec half, Vec whole, double tolerance)
+{
+  Vec u[2], p[2];
+
+  Call(DLMStokesGetParts(pair->half.stokes, half, &u[0], &p[0]));
+  Call(DLMStokesGetParts(pair->whole.stokes, whole, &u[1], &p[1]));
+  AssertAtMost(HalfDifference(pair->half.grid->velocity, u[0], pair->whole.grid->velocity, u[1]), tolerance);
+  AssertAtMost(HalfDifference(pair->half.grid->pressure, p[0], pair->whole.grid->pressure, p[1]), tolerance);
+  Call(DLMStokesRestoreParts(pair->whole.stokes, whole, &u[1], &p[1]));
+  Call(DLMStokesRestoreParts(pair->half.stokes, half, &u[0], &p[0]));
+}
+
+static void CheckPair(const PetscInt cells[3], unsigned periodic, const PetscInt processes[3])
+{
+  Pair pair;
+  Vec  b[2], x[2], wall[2], u, p, flux[2];
+
+  OpenPair(cells, periodic, processes, &pair);
+  for (int k = 0; k < 2; k++) {
+    const StokesCase *c = k ? &pair.whole : &pair.half;
+    b[k]                = NewSymmetric(c);
+    x[k]                = NewSolution(c, b[k]);
+    Call(DLMStokesGetWallForce(c->stokes, &wall[k]));
+    Call(DLMStokesGetParts(c->stokes, b[k], &u, &p));
+    Call(VecDuplicate(p, &flux[k]));
+    Call(MatMult(c->B, u, flux[k]));
+    Call(DLMStokesRestoreParts(c->stokes, b[k], &u, &p));
+  }
+  AssertSame(&pair, x[0], x[1], 1e-11);
+  if (periodic != 7) AssertSame(&pair, wall[0], wall[1], 1e-13);
+  AssertAtMost(HalfDifference(pair.half.grid->pressure, flux[0], pair.whole.grid->pressure, flux[1]), 1e-13);
+  for (int k = 0; k < 2; k++) {
+    Call(VecDestroy(&b[k]));
+    Call(VecDestroy(&x[k]));
+    Call(VecDestroy(&flux[k]));
+  }
+  ClosePair(&pair);
+}
+
+static void HalfFlowsAsTheWhole(void **state)
+{
+  const PetscInt cells[3][3] = { { 16, 32, 20 }, { 16, 40, 16 }, { 20, 32, 16 } };
+  const unsigned periodic[3] = { 3, 7, 6 };
+  PetscInt       processes[3];
+
+  for (int k = 0; k < 3; k++)
+    for (int layout = 0; Layout(layout, processes); layout++) CheckPair(cells[k], periodic[k], processes);
+}
+
+static const struct CMUnitTest tests[] = {
+  cmocka_unit_test(HalfFlowsAsTheWhole),
+};
+
+RUN_ON_ALL_RANKS(tests)
