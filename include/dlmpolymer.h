@@ -29,7 +29,7 @@ typedef struct {
   PetscInt  n_forces;                /* how many of the two are known */
   PetscReal velocity_time, velocity_time_before; /* those of the last velocities */
   PetscInt  n_velocities;            /* how many of the two are known */
-  PetscInt  mirror;                  /* which way the last advection cut the cubes */
+  PetscInt  cut;                     /* which way the last advection cut the cubes */
   PetscReal *near;                   /* flows near the spheres that belong to the last velocity, the same on every rank; borrowed */
   PetscInt  n_near;                  /* numbers in them; 0 unless the rule for C is stokes */
 } DLMPolymerState;

@@ -42,6 +42,12 @@ static inline PetscReal DLMGridPeriod(DLMGrid grid, int d)
   return grid->h * grid->cells[d] * (grid->half && d == 1 ? 2 : 1);
 }
 
+/* How many nodes of the box velocity node j of axis x2 stands for: between mirrors it has an image. */
+static inline PetscInt DLMGridImages(DLMGrid grid, PetscInt j)
+{
+  return grid->half && j > 0 && j < grid->cells[1] ? 2 : 1;
+}
+
 /* The node of 0..n-1 (or 0..n between mirrors) that node i of a periodic axis of n cells stands for, and whether as its mirror image. */
 static inline PetscInt DLMGridFold(DLMGrid grid, int d, PetscInt n, PetscInt i, PetscBool *image)
 {

@@ -2,7 +2,8 @@
   Plane modes of a DMDA field, kept level by level along the line axis.
 
   The two plane axes (fast, slow) are transformed by FFTW: Fourier on a periodic axis, sine on an axis between walls (velocity only:
-  the unknowns are the inner nodes). Between mirrors x2, then the slow axis, has cosines, and sines for u2. A modal row holds every fast mode of one slow mode; the rows are shared over the
+  the unknowns are the inner nodes). Between mirrors x2, then the slow axis, has cosines, and sines for u2: as
+  matrix products, which on the lengths of boxes beat FFTW's. A modal row holds every fast mode of one slow mode; the rows are shared over the
   ranks, each rank holds all levels of its rows:
 
     modal[((level * dof + component) * n_rows + r) * row + i]
@@ -43,7 +44,8 @@ typedef struct {
   PetscInt    *row_order, *row_owner;   /* all slow modes, sorted by owner */
   PetscMPIInt *slab_count, *slab_start, *mode_count, *mode_start;
   fftw_plan    forward, backward;
-  fftw_plan    cosine, sine;            /* of the slow axis, both ways; half only */
+  double      *waves[2][2];             /* half: cosines and sines of the slow axis; of the even and of the odd modes, [mode][node] */
+  double      *folded;                  /* half: sums and differences of the nodes of a plane's modes */
 } DLMModes;
 
 /* dof 3: velocity, dof 1: pressure (needs both plane axes periodic). Collective. */

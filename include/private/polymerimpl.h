@@ -66,7 +66,7 @@ struct _p_DLMPolymer {
   double            *inside_stress; /* 6 per sphere: DLMPolymerGetInsideStress */
   PetscReal          implicit_viscosity, growing; /* of the operator that the next force belongs to; part of the polymer's viscosity that grows within a step */
   PetscReal          stress_offset; /* the stress counts from a + stress_offset h on; 0: everywhere, inside the spheres too */
-  int                mirror;  /* which of the four ways to cut the cubes the last advection took */
+  int                cut;     /* which of the four ways to cut the cubes the last advection took */
   PetscInt           n_velocities; /* how many of the gradients in the two buffers are known */
   PetscReal          velocity_time, velocity_time_before; /* those of the last velocity and of the one of the step before */
   PetscReal          largest_speed; /* |u1| + |u2| + |u3| */
@@ -141,8 +141,8 @@ PETSC_INTERN PetscErrorCode DLMPolymerSumInside(DLMPolymer polymer);
 PETSC_INTERN PetscErrorCode DLMPolymerTakeVelocity(DLMPolymer polymer, PetscReal time, Vec x);
 /* keep.c: makes the other gradient buffer the present one. */
 PETSC_INTERN void DLMPolymerTurnGradient(DLMPolymer polymer);
-/* owned[k] -> ghosted[k], n fields. Collective. */
-PETSC_INTERN PetscErrorCode DLMPolymerExchange(DLMPolymer polymer, PetscInt n, double *const owned[], double *const ghosted[]);
+/* A symmetric tensor: owned[k] -> ghosted[k], in the order of C. Collective. */
+PETSC_INTERN PetscErrorCode DLMPolymerExchange(DLMPolymer polymer, double *const owned[6], double *const ghosted[6]);
 /* Planar pointers into C; give them back. */
 PETSC_INTERN PetscErrorCode DLMPolymerCheckOut(DLMPolymer polymer);
 PETSC_INTERN PetscErrorCode DLMPolymerCheckIn(DLMPolymer polymer);

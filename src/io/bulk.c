@@ -55,7 +55,7 @@ static PetscErrorCode SumAcross(DLMOutput output, Vec v, const PetscReal *weight
   for (i[2] = start[2]; i[2] < start[2] + width[2]; i[2]++)
     for (i[1] = start[1]; i[1] < start[1] + width[1]; i[1]++)
       for (i[0] = start[0]; i[0] < start[0] + width[0]; i[0]++)
-        if (weight[i[s->axis]] != 0.0) *sum += weight[i[s->axis]] * Dot(s->e[0], a[i[2]][i[1]][i[0]]);
+        if (weight[i[s->axis]] != 0.0) *sum += DLMGridImages(output->sim->grid, i[1]) * weight[i[s->axis]] * Dot(s->e[0], a[i[2]][i[1]][i[0]]);
   PetscCall(DMDAVecRestoreArrayDOFRead(velocity, v, &a));
   PetscFunctionReturn(0);
 }
@@ -70,7 +70,7 @@ static PetscErrorCode WallExcess(DLMOutput output, const DLMWallMoments *moments
   DLMGrid         grid = sim->grid;
   const DLMShear *s    = &output->shear;
   const PetscInt  n    = grid->cells[s->axis];
-  const PetscReal gap = sim->scene->box_size[s->axis], layer = 0.5 / (grid->h * grid->nodes[(s->axis + 1) % 3] * grid->nodes[(s->axis + 2) % 3]);
+  const PetscReal gap = sim->scene->box_size[s->axis], area = output->volume / gap, layer = 0.5 * grid->h / area;
   PetscReal      *rate, *moment, sum[2] = { 0.0, 0.0 };
   Vec             x, u;
 

@@ -212,7 +212,7 @@ static PetscErrorCode MovePolymer(DLMCheckpointFile *file, DLMSimulation sim)
   PetscCall(DLMCheckpointInts(file, "polymer/n_velocities", 1, &state.n_velocities));
   PetscCall(DLMCheckpointReals(file, "polymer/velocity_time", 1, &state.velocity_time));
   PetscCall(DLMCheckpointReals(file, "polymer/velocity_time_before", 1, &state.velocity_time_before));
-  PetscCall(DLMCheckpointInts(file, "polymer/mirror", 1, &state.mirror));
+  PetscCall(DLMCheckpointInts(file, "polymer/mirror", 1, &state.cut));
   if (state.n_near > 0) PetscCall(DLMCheckpointReals(file, "polymer/near_flow", state.n_near, state.near));
   if (state.n_forces > 0) PetscCall(MoveVec(file, "polymer/force_now", velocity, state.force_now));
   if (state.n_forces > 1) PetscCall(MoveVec(file, "polymer/force_before", velocity, state.force_before));

@@ -61,12 +61,23 @@ static void OwnCells(DLMPolymer p, long cells[3], PetscInt *base)
 
   *base = 0;
   for (int d = 0; d < 3; d++) {
-    const PetscBool lower = (PetscBool)(!p->grid->periodic[d] && b->start[d] == 0);
-    const PetscBool upper = (PetscBool)(!p->grid->periodic[d] && b->start[d] + b->width[d] == p->grid->nodes[d]);
+    const PetscBool lower = (PetscBool)(DLMGridHasEnds(p->grid, d) && b->start[d] == 0);
+    const PetscBool upper = (PetscBool)(DLMGridHasEnds(p->grid, d) && b->start[d] + b->width[d] == p->grid->nodes[d]);
     const PetscInt  first = b->start[d] - (lower ? 0 : 1), last = b->start[d] + b->width[d] - (upper ? 2 : 1);
     cells[d] = last - first + 1;
     *base += (PetscInt)b->stride[d] * (first - b->ghost_start[d]);
   }
+}
+
+/* Beyond a mirror the cubes are cut in mirror images, so its nodes get the same again from there, but for components that the mirror turns round. */
+static void MirrorVisit(DLMPolymer p, const DLMKuhnRow *row, PetscInt own, PetscInt ghost, PetscInt n, PetscBool wall, void *context)
+{
+  PetscInt node[3];
+
+  DLMPolymerNode(p, own, node);
+  if (DLMGridImages(p->grid, node[1]) > 1) return;
+  for (int k = 0; k < 6; k++)
+    for (PetscInt x = 0; x < n; x++) p->r[k][ghost + x] *= 1.0 + DLMMirrorTensor[k];
 }
 
 static PetscErrorCode AddResidual(DLMPolymer p, double *const phi[6], PetscReal first, PetscReal second)
@@ -77,7 +88,7 @@ static PetscErrorCode AddResidual(DLMPolymer p, double *const phi[6], PetscReal 
   PetscInt      base;
 
   PetscFunctionBegin;
-  PetscCall(DLMPolymerExchange(p, 6, phi, p->t));
+  PetscCall(DLMPolymerExchange(p, phi, p->t));
   OwnCells(p, cells, &base);
   for (int k = 0; k < 6; k++) {
     PetscCall(PetscArrayzero(p->r[k], p->block.n_ghosted));
@@ -85,7 +96,8 @@ static PetscErrorCode AddResidual(DLMPolymer p, double *const phi[6], PetscReal 
     r[k]  = p->r[k] + base;
   }
   for (int k = 0; k < 3; k++) u[k] = p->u[k] + base;
-  DLMAdvectCells(cells, p->block.stride, p->grid->h, first, second, p->mirror, u, at, r);
+  DLMAdvectCells(cells, p->block.stride, p->grid->h, first, second, p->cut, u, at, r);
+  if (p->grid->half) DLMPolymerLines(p, MirrorVisit, NULL);
   PetscFunctionReturn(0);
 }
 
@@ -189,7 +201,7 @@ PetscErrorCode DLMPolymerAdvect(DLMPolymer p, PetscReal dt)
   bad = logarithm ? DLMTensorLog(p->block.n, p->c, p->c) : DLMTensorCholesky(p->block.n, p->c, p->c);
   PetscCall(DLMPolymerJudge(p, bad));
   if (p->health.sound) {
-    p->mirror = (p->mirror + 1) % 4; /* of x1, x2: the four ways to cut a cube take turns */
+    p->cut = (p->cut + 1) % 4; /* of x1, x2: the four ways to cut a cube take turns */
     PetscCall(Walk(p, dt, p->health.substeps, p->c));
     if (logarithm) DLMTensorExp(p->block.n, p->c, p->c);
     else DLMTensorSquare(p->block.n, p->c, p->c);

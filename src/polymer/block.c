@@ -22,13 +22,13 @@ void DLMPolymerLines(DLMPolymer p, DLMLineVisit visit, void *context)
     }
 }
 
-PetscErrorCode DLMPolymerExchange(DLMPolymer p, PetscInt n, double *const owned[], double *const ghosted[])
+PetscErrorCode DLMPolymerExchange(DLMPolymer p, double *const owned[6], double *const ghosted[6])
 {
   PetscFunctionBegin;
-  for (PetscInt k = 0; k < n; k++) {
+  for (int k = 0; k < 6; k++) {
     PetscCall(VecPlaceArray(p->owned, owned[k]));
     PetscCall(VecPlaceArray(p->local, ghosted[k]));
-    PetscCall(DMGlobalToLocal(p->dm, p->owned, INSERT_VALUES, p->local));
+    PetscCall(DLMGridGlobalToLocal(p->grid, p->dm, DLMMirrorTensor + k, p->owned, p->local));
     PetscCall(VecResetArray(p->local));
     PetscCall(VecResetArray(p->owned));
   }

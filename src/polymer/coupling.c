@@ -15,7 +15,7 @@ static PetscErrorCode ReadVelocity(DLMPolymer p, Vec x)
   PetscCall(DMGetLocalVector(p->grid->velocity, &local));
   PetscCall(VecGetArrayRead(x, &all));
   PetscCall(VecPlaceArray(u, all));
-  PetscCall(DMGlobalToLocal(p->grid->velocity, u, INSERT_VALUES, local));
+  PetscCall(DLMGridGlobalToLocal(p->grid, p->grid->velocity, DLMMirrorVector, u, local));
   PetscCall(VecResetArray(u));
   PetscCall(VecRestoreArrayRead(x, &all));
   PetscCall(DMDAVecGetArrayDOFRead(p->grid->velocity, local, &v));
@@ -94,7 +94,7 @@ static PetscErrorCode Divergence(DLMPolymer p, double *const T[6], Vec f)
 
   PetscFunctionBegin;
   DLMPolymerWeighStress(p, T);
-  PetscCall(DLMPolymerExchange(p, 6, T, p->t));
+  PetscCall(DLMPolymerExchange(p, T, p->t));
   for (int k = 0; k < 3; k++) c.line[k] = p->line + (size_t)k * p->block.ghost_width[0];
   PetscCall(VecGetArray(f, &c.f));
   DLMPolymerLines(p, ForceVisit, &c);

@@ -57,7 +57,7 @@ static PetscErrorCode Extend(DLMPolymer p)
 {
   PetscFunctionBegin;
   for (char layer = 1; layer <= 2; layer++) {
-    PetscCall(DLMPolymerExchange(p, 6, p->c, p->t));
+    PetscCall(DLMPolymerExchange(p, p->c, p->t));
     DLMPolymerLines(p, FillVisit, &(Layer){ p->c, layer });
   }
   PetscFunctionReturn(0);

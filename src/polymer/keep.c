@@ -44,7 +44,7 @@ PetscErrorCode DLMPolymerGetState(DLMPolymer p, DLMPolymerState *state)
   PetscFunctionBeginUser;
   *state = (DLMPolymerState){ .force_now = p->force.now, .force_before = p->force.before, .time_now = p->force.time_now, .time_before = p->force.time_before,
                               .n_forces = p->force.n, .velocity_time = p->velocity_time, .velocity_time_before = p->velocity_time_before,
-                              .n_velocities = p->n_velocities, .mirror = p->mirror, .near = (PetscReal *)p->near_flow[p->buffer],
+                              .n_velocities = p->n_velocities, .cut = p->cut, .near = (PetscReal *)p->near_flow[p->buffer],
                               .n_near = p->near_flow[0] ? p->scene->n_spheres * (PetscInt)(sizeof(DLMNearFlow) / sizeof(PetscReal)) : 0 };
   PetscFunctionReturn(0);
 }
@@ -73,7 +73,7 @@ PetscErrorCode DLMPolymerSetState(DLMPolymer p, const DLMPolymerState *state, Ve
   p->force.time_now    = state->time_now;
   p->force.time_before = state->time_before;
   p->force.n           = state->n_forces;
-  p->mirror            = (int)state->mirror;
+  p->cut               = (int)state->cut;
   PetscCall(DLMPolymerGetHealth(p, &health));
   if (state->n_velocities == 0) PetscFunctionReturn(0);
   if (state->n_velocities > 1) {

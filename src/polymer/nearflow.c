@@ -64,24 +64,37 @@ static void Rigid(const DLMNearFlow *flow, const PetscReal x[3], double v[3])
   for (int i = 0; i < 3; i++) v[i] = flow->velocity[i] + w[(i + 1) % 3] * x[(i + 2) % 3] - w[(i + 2) % 3] * x[(i + 1) % 3];
 }
 
-static PetscErrorCode FitVisit(DLMPolymer p, const DLMNearNode *node, void *context)
+/* Adds the velocity v at x to the normal equations. */
+static void AddVelocity(Normal *normal, PetscReal weight, const PetscReal x[3], const double v[3])
 {
-  Normal         *normal = (Normal *)context + node->sphere;
-  const PetscInt  q = DLMPolymerGhostedIndex(p, node->i);
-  const PetscReal a = p->scene->spheres[node->sphere].radius, x[3] = { node->x[0] / a, node->x[1] / a, node->x[2] / a };
-  const PetscReal y = node->distance / p->grid->h, other = OtherDistance(p, node) / p->grid->h;
-  const PetscReal weight = Ramp(0.5 + (y - fit_from) / edge) * Ramp(0.5 + (fit_to - y) / edge) * Ramp(0.5 + (other - fit_from) / edge);
-  double          u[N][3], v[3];
-  PetscInt        own;
+  double u[N][3];
 
-  if (weight == 0.0 || !DLMPolymerOwnedIndex(p, node->i, &own)) return 0;
   DLMLambModes(x, u, NULL);
-  Rigid(&p->near_flow[p->buffer][node->sphere], node->x, v);
-  for (int i = 0; i < 3; i++) v[i] = p->u[i][q] - v[i];
   for (int k = 0; k < N; k++) {
     normal->b[k] += weight * (u[k][0] * v[0] + u[k][1] * v[1] + u[k][2] * v[2]);
     for (int m = 0; m <= k; m++) normal->A[k][m] += weight * (u[k][0] * u[m][0] + u[k][1] * u[m][1] + u[k][2] * u[m][2]);
   }
+}
+
+static PetscErrorCode FitVisit(DLMPolymer p, const DLMNearNode *node, void *context)
+{
+  Normal         *normal = (Normal *)context + node->sphere;
+  const PetscInt  q = DLMPolymerGhostedIndex(p, node->i);
+  const PetscReal a = p->scene->spheres[node->sphere].radius;
+  const PetscReal y = node->distance / p->grid->h, other = OtherDistance(p, node) / p->grid->h;
+  const PetscReal weight = Ramp(0.5 + (y - fit_from) / edge) * Ramp(0.5 + (fit_to - y) / edge) * Ramp(0.5 + (other - fit_from) / edge);
+  PetscReal       x[3] = { node->x[0] / a, node->x[1] / a, node->x[2] / a };
+  double          v[3];
+  PetscInt        own;
+
+  if (weight == 0.0 || !DLMPolymerOwnedIndex(p, node->i, &own)) return 0;
+  Rigid(&p->near_flow[p->buffer][node->sphere], node->x, v);
+  for (int i = 0; i < 3; i++) v[i] = p->u[i][q] - v[i];
+  AddVelocity(normal, weight, x, v);
+  if (DLMGridImages(p->grid, p->block.ghost_start[1] + node->i[1]) == 1) return 0;
+  x[1] = -x[1];
+  v[1] = -v[1];
+  AddVelocity(normal, weight, x, v);
   return 0;
 }
 

@@ -1,6 +1,12 @@
 /* What the extra stress (docs/theory.md, V3) sums up to: for bulk.csv and for the stresslets. */
 #include "../../include/private/polymerimpl.h"
 
+/* How often component k of a tensor at a node of plane j of x2 counts in a sum over the box: in half of it, what the mirror turns round cancels. */
+static double Images(DLMPolymer p, int k, PetscInt j)
+{
+  return p->grid->half && DLMMirrorTensor[k] < 0.0 ? 0.0 : DLMGridImages(p->grid, j);
+}
+
 /* sum[k] += mass of every owned node times T[k], k of 6. */
 typedef struct {
   double *const *T;
@@ -10,13 +16,16 @@ typedef struct {
 static void SumVisit(DLMPolymer p, const DLMKuhnRow *row, PetscInt own, PetscInt ghost, PetscInt n, PetscBool wall, void *context)
 {
   const SumContext *c = context;
+  PetscInt          node[3];
 
+  DLMPolymerNode(p, own, node);
   for (int k = 0; k < 6; k++) {
+    const double           mass = row->mass * Images(p, k, node[1]);
     const double *restrict t = c->T[k] + own;
     double                 s = 0.0;
 #pragma omp simd reduction(+ : s)
     for (PetscInt x = 0; x < n; x++) s += t[x];
-    c->sum[k] += row->mass * s;
+    c->sum[k] += mass * s;
   }
 }
 
@@ -62,7 +71,8 @@ static PetscErrorCode AddInside(DLMPolymer p, const DLMNearNode *node, void *con
   PetscFunctionBegin;
   if (!DLMPolymerOwnedIndex(p, node->i, &own)) PetscFunctionReturn(0);
   for (int d = 2; d >= 0; d--) place = 3 * place + DLMGridPlace(p->grid, d, b->ghost_start[d] + node->i[d], p->grid->cells[d]);
-  for (int k = 0; k < 6; k++) p->inside_stress[6 * node->sphere + k] += part * p->rows[place].mass * p->r[k][own];
+  for (int k = 0; k < 6; k++)
+    p->inside_stress[6 * node->sphere + k] += part * p->rows[place].mass * Images(p, k, b->ghost_start[1] + node->i[1]) * p->r[k][own];
   PetscFunctionReturn(0);
 }
 

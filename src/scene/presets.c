@@ -77,7 +77,8 @@ static PetscBool EvenOnEveryAxis(const DLMScene *scene, PetscReal resolution)
 {
   for (int d = 0; d < 3; d++) {
     const PetscReal cells = scene->box_size[d] * resolution;
-    if (cells < 3.5 || PetscAbsReal(cells - 2.0 * round(0.5 * cells)) > 1e-9 * cells) return PETSC_FALSE;
+    const PetscReal step  = d == 1 && scene->box_mirror == DLM_MIRROR_HALF ? 4.0 : 2.0; /* half of the cells is even too */
+    if (cells < 3.5 || PetscAbsReal(cells - step * round(cells / step)) > 1e-9 * cells) return PETSC_FALSE;
   }
   return PETSC_TRUE;
 }
@@ -206,6 +207,7 @@ static PetscErrorCode ViewRow(const DLMScene *scene, DLMAccuracy accuracy, Kind 
     PetscFunctionReturn(0);
   }
   for (int d = 0; d < 3; d++) nodes *= scene->box_size[d] * resolution + !scene->box_periodic[d];
+  if (scene->box_mirror == DLM_MIRROR_HALF) nodes *= 0.5;
   if (kind < N_KINDS && preset->error[kind] > 0.0) PetscCall(PetscSNPrintf(error, sizeof(error), "%.2g %%", (double)preset->error[kind]));
   PetscCall(PetscViewerASCIIPrintf(viewer, "%-9s  %7.6g  %9.4g  %12s  %8s  %9.0f  %s%s\n", DLMAccuracies[accuracy], (double)resolution, (double)dt, preset->rtol, error, (double)steps,
                                    DLMDurationText((double)(node_seconds * nodes * steps), lasts), accuracy == scene->accuracy ? "  (this run)" : ""));

@@ -20,22 +20,24 @@ static PetscInt Rest(PetscInt n)
   return n;
 }
 
-/* The next smaller even number of cells that transforms like `cells`, or 0. */
-static PetscInt Smaller(PetscInt now, PetscInt cells)
+/* The next smaller number of cells, a multiple of step, that transforms like `cells`, or 0. */
+static PetscInt Smaller(PetscInt now, PetscInt cells, PetscInt step)
 {
-  for (now -= 2; now > 0 && Rest(now) != Rest(cells); now -= 2);
+  for (now -= step; now > 0 && Rest(now) != Rest(cells); now -= step);
   return now;
 }
 
 /* Cuts the longest of some axes until most nodes are left or no axis can be cut further. */
 static void Cut(const DLMScene *whole, const PetscBool allowed[3], const PetscInt least[3], PetscReal most, DLMScene *piece)
 {
+  const PetscInt step[3] = { 2, whole->box_mirror == DLM_MIRROR_HALF ? 4 : 2, 2 };
+
   while (Nodes(piece) > most) {
     int longest = -1;
     for (int d = 0; d < 3; d++)
-      if (allowed[d] && Smaller(piece->cells[d], whole->cells[d]) >= least[d] && (longest < 0 || piece->cells[d] > piece->cells[longest])) longest = d;
+      if (allowed[d] && Smaller(piece->cells[d], whole->cells[d], step[d]) >= least[d] && (longest < 0 || piece->cells[d] > piece->cells[longest])) longest = d;
     if (longest < 0) return;
-    piece->cells[longest] = Smaller(piece->cells[longest], whole->cells[longest]);
+    piece->cells[longest] = Smaller(piece->cells[longest], whole->cells[longest], step[longest]);
   }
 }
 

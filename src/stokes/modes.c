@@ -1,4 +1,5 @@
 #include "../../include/private/modes.h"
+#include <petscblaslapack.h>
 
 PetscReal DLMModesEigenvalue(const DLMModes *modes, PetscInt axis, PetscInt i)
 {
@@ -195,13 +196,8 @@ static PetscErrorCode CreatePlans(DLMModes *modes)
 
   PetscFunctionBeginUser;
   if (modes->half) {
-    const int           rows[1] = { n[0] }, inner[1] = { n[0] - 2 }, fast[1] = { n[1] }, width = (int)modes->row;
-    const fftw_r2r_kind even[1] = { FFTW_REDFT00 }, odd[1] = { FFTW_RODFT00 };
-    modes->forward  = fftw_plan_many_dft_r2c(1, fast, n[0], x, NULL, 1, n[1], z, NULL, 1, width / 2, flags);
-    modes->backward = fftw_plan_many_dft_c2r(1, fast, n[0], z, NULL, 1, width / 2, x, NULL, 1, n[1], flags);
-    modes->cosine   = fftw_plan_many_r2r(1, rows, width, y, NULL, width, 1, y, NULL, width, 1, even, flags);
-    modes->sine     = fftw_plan_many_r2r(1, inner, width, y + width, NULL, width, 1, y + width, NULL, width, 1, odd, flags);
-    PetscCheck(modes->cosine && modes->sine, modes->grid->comm, PETSC_ERR_LIB, "FFTW made no plan for cosines of %d nodes", n[0]);
+    modes->forward  = fftw_plan_many_dft_r2c(1, n + 1, n[0], x, NULL, 1, n[1], z, NULL, 1, half[1], flags);
+    modes->backward = fftw_plan_many_dft_c2r(1, n + 1, n[0], z, NULL, 1, half[1], x, NULL, 1, n[1], flags);
   } else if (modes->is_complex) {
     modes->forward  = fftw_plan_many_dft_r2c(2, n, 1, x, NULL, 1, 0, z, half, 1, 0, flags);
     modes->backward = fftw_plan_many_dft_c2r(2, n, 1, z, half, 1, 0, x, NULL, 1, 0, flags);
@@ -210,6 +206,22 @@ static PetscErrorCode CreatePlans(DLMModes *modes)
     modes->backward = fftw_plan_many_r2r(2, n, 1, y, out, 1, 0, x, NULL, 1, 0, from, flags);
   }
   PetscCheck(modes->forward && modes->backward, modes->grid->comm, PETSC_ERR_LIB, "FFTW made no plan for planes of %d x %d", n[0], n[1]);
+  PetscFunctionReturn(0);
+}
+
+/* Nodes 0..n/2 of a mode's wave, n the cells: 2 cos(pi j k/n) or 2 sin(pi j k/n), node 0 once, as FFTW's REDFT00 and RODFT00 have them. */
+static PetscErrorCode CreateWaves(DLMModes *modes)
+{
+  const PetscInt n = modes->cells[modes->slow], nodes = n / 2 + 1;
+
+  PetscFunctionBeginUser;
+  for (int sine = 0; sine < 2; sine++)
+    for (PetscInt odd = 0; odd < 2; odd++) {
+      double *w = modes->waves[sine][odd] = fftw_alloc_real(nodes * nodes);
+      for (PetscInt k = odd, i = 0; k <= n; k += 2)
+        for (PetscInt j = 0; j < nodes; j++, i++) w[i] = sine ? 2.0 * PetscSinReal(PETSC_PI * j * k / n) : (j ? 2.0 : 1.0) * PetscCosReal(PETSC_PI * j * k / n);
+    }
+  modes->folded = fftw_alloc_real((n + 1) * modes->row);
   PetscFunctionReturn(0);
 }
 
@@ -237,6 +249,7 @@ PetscErrorCode DLMModesCreate(DLMGrid grid, PetscInt dof, DLMModes **new_modes)
   if (modes->size > 1) modes->buffer = fftw_alloc_real(PetscMax(4, modes->n_levels * dof * plane));
   PetscCall(PetscArrayzero(modes->plane_modes, plane));
   PetscCall(CreatePlans(modes));
+  if (modes->half) PetscCall(CreateWaves(modes));
   PetscCall(PetscArrayzero(modes->modal, local));
   PetscCall(PetscArrayzero(modes->plane_modes, plane));
   *new_modes = modes;
@@ -258,8 +271,8 @@ PetscErrorCode DLMModesDestroy(DLMModes **pointer)
   fftw_free(modes->buffer);
   fftw_destroy_plan(modes->forward);
   fftw_destroy_plan(modes->backward);
-  if (modes->half) fftw_destroy_plan(modes->cosine);
-  if (modes->half) fftw_destroy_plan(modes->sine);
+  for (int k = 0; k < 4; k++) fftw_free(modes->waves[k / 2][k % 2]);
+  fftw_free(modes->folded);
   PetscCall(PetscFree4(modes->row_order, modes->row_owner, modes->rows, modes->row_of));
   PetscCall(PetscFree4(modes->slab_count, modes->slab_start, modes->mode_count, modes->mode_start));
   PetscCall(PetscFree(*pointer));
@@ -329,17 +342,31 @@ static PetscErrorCode ExchangeRows(DLMModes *modes, PetscInt block, PetscBool se
   PetscFunctionReturn(0);
 }
 
-/* Between mirrors: cosines along the slow axis, for u2 sines, which vanish on the mirrors. Either way. */
+/*
+  Between mirrors: cosines along the slow axis, for u2 sines, which vanish on the mirrors; the same either way. Seen from the middle an even mode of cosines is even and an odd
+  one odd, those of sines the other way round, so the one takes the sums of opposite nodes, the other their differences.
+*/
 static void TransformSlow(const DLMModes *modes, PetscInt component, double *mode)
 {
-  const PetscInt row = modes->row, last = row * (modes->count[modes->slow] - 1);
+  const int          sine = component == modes->slow;
+  const PetscInt     row = modes->row, n = modes->cells[modes->slow], middle = n / 2;
+  const PetscBLASInt width = (PetscBLASInt)row, apart = 2 * width, nodes = (PetscBLASInt)middle + 1;
+  double            *sum = modes->folded, *difference = sum + (middle + 1) * row;
+  const PetscReal    one = 1.0, zero = 0.0;
 
-  if (component != modes->slow) {
-    fftw_execute_r2r(modes->cosine, mode, mode);
-    return;
+  for (PetscInt j = 0; j < middle; j++) {
+    const double *restrict a = mode + j * row, *restrict b = mode + (n - j) * row;
+    double *restrict       s = sum + j * row, *restrict d = difference + j * row;
+    for (PetscInt i = 0; i < row; i++) {
+      s[i] = a[i] + b[i];
+      d[i] = a[i] - b[i];
+    }
   }
-  for (PetscInt i = 0; i < row; i++) mode[i] = mode[last + i] = 0.0;
-  fftw_execute_r2r(modes->sine, mode + row, mode + row);
+  for (PetscInt i = 0; i < row; i++) sum[middle * row + i] = mode[middle * row + i];
+  for (int odd = 0; odd < 2; odd++) {
+    const PetscBLASInt modes_of = nodes - odd, from = odd == sine ? nodes : nodes - 1; /* the middle node has no difference */
+    BLASgemm_("N", "N", &width, &modes_of, &from, &one, odd == sine ? sum : difference, &width, modes->waves[sine][odd], &nodes, &zero, mode + odd * row, &apart);
+  }
 }
 
 static void Transform(const DLMModes *modes, PetscBool forward, PetscInt component, double *plane, double *mode)
