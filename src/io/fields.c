@@ -27,15 +27,19 @@ PetscErrorCode DLMFieldsOpen(DLMOutput output)
 {
   DLMGrid         grid = output->sim->grid;
   const PetscReal fine[3] = { grid->h, grid->h, grid->h }, coarse[3] = { 2.0 * grid->h, 2.0 * grid->h, 2.0 * grid->h };
+  const DLMScene *scene = output->sim->scene;
+  PetscReal       lower[3];
   PetscInt        nodes[3];
-  PetscBool       wraps[3];
 
   PetscFunctionBegin;
-  for (int d = 0; d < 3; d++) wraps[d] = (PetscBool)!DLMGridHasEnds(grid, d);
   PetscCall(DLMFieldFileCreate(grid->comm, output->sim->scene->output_dir, output->sim->first_step, &output->fields));
-  PetscCall(DLMFieldFileAddMesh(output->fields, "velocity_mesh", grid->nodes, grid->lower, fine, wraps));
-  for (int d = 0; d < 3; d++) nodes[d] = grid->cells[d] / 2 + !wraps[d];
-  PetscCall(DLMFieldFileAddMesh(output->fields, "pressure_mesh", nodes, grid->lower, coarse, wraps));
+  for (int d = 0; d < 3; d++) {
+    lower[d] = -0.5 * scene->box_size[d];
+    nodes[d] = scene->cells[d] + !scene->box_periodic[d];
+  }
+  PetscCall(DLMFieldFileAddMesh(output->fields, "velocity_mesh", nodes, lower, fine, grid->periodic, grid->half));
+  for (int d = 0; d < 3; d++) nodes[d] = scene->cells[d] / 2 + !scene->box_periodic[d];
+  PetscCall(DLMFieldFileAddMesh(output->fields, "pressure_mesh", nodes, lower, coarse, grid->periodic, grid->half));
   PetscFunctionReturn(0);
 }
 

@@ -54,19 +54,26 @@ static void UpdateVisit(DLMPolymer p, const DLMKuhnRow *row, PetscInt own, Petsc
   }
 }
 
-/* Cells that touch an owned node, as a block whose node (0,0,0) is at *base of the ghosted arrays. */
-static void OwnCells(DLMPolymer p, long cells[3], PetscInt *base)
+/* Cells that touch an owned node. */
+static void OwnCells(DLMPolymer p, PetscInt first[3], PetscInt last[3])
 {
   const DLMPolymerBlock *b = &p->block;
 
-  *base = 0;
   for (int d = 0; d < 3; d++) {
     const PetscBool lower = (PetscBool)(DLMGridHasEnds(p->grid, d) && b->start[d] == 0);
     const PetscBool upper = (PetscBool)(DLMGridHasEnds(p->grid, d) && b->start[d] + b->width[d] == p->grid->nodes[d]);
-    const PetscInt  first = b->start[d] - (lower ? 0 : 1), last = b->start[d] + b->width[d] - (upper ? 2 : 1);
-    cells[d] = last - first + 1;
-    *base += (PetscInt)b->stride[d] * (first - b->ghost_start[d]);
+    first[d] = b->start[d] - (lower ? 0 : 1);
+    last[d]  = b->start[d] + b->width[d] - (upper ? 2 : 1);
   }
+}
+
+/* Where a cell's node (0,0,0) is in the ghosted arrays. */
+static PetscInt CellBase(DLMPolymer p, const PetscInt cell[3])
+{
+  PetscInt base = 0;
+
+  for (int d = 0; d < 3; d++) base += (PetscInt)p->block.stride[d] * (cell[d] - p->block.ghost_start[d]);
+  return base;
 }
 
 /* Beyond a mirror the cubes are cut in mirror images, so its nodes get the same again from there, but for components that the mirror turns round. */
@@ -80,23 +87,34 @@ static void MirrorVisit(DLMPolymer p, const DLMKuhnRow *row, PetscInt own, Petsc
     for (PetscInt x = 0; x < n; x++) p->r[k][ghost + x] *= 1.0 + DLMMirrorTensor[k];
 }
 
+/* How a cell of plane `cell` along x2 is cut: on a symmetric mesh that is whole, those of x2 < 0 in the mirror image of the others. */
+static int CutOf(DLMPolymer p, PetscInt cell)
+{
+  const PetscInt n = p->grid->cells[1];
+
+  return !p->grid->symmetric || p->grid->half || (cell + n) % n >= n / 2 ? p->cut : p->cut ^ 2;
+}
+
 static PetscErrorCode AddResidual(DLMPolymer p, double *const phi[6], PetscReal first, PetscReal second)
 {
   const double *at[6], *u[3];
   double       *r[6];
-  long          cells[3];
-  PetscInt      base;
+  PetscInt      first_cell[3], last_cell[3];
 
   PetscFunctionBegin;
   PetscCall(DLMPolymerExchange(p, phi, p->t));
-  OwnCells(p, cells, &base);
-  for (int k = 0; k < 6; k++) {
-    PetscCall(PetscArrayzero(p->r[k], p->block.n_ghosted));
-    at[k] = p->t[k] + base;
-    r[k]  = p->r[k] + base;
+  OwnCells(p, first_cell, last_cell);
+  for (int k = 0; k < 6; k++) PetscCall(PetscArrayzero(p->r[k], p->block.n_ghosted));
+  for (PetscInt j = first_cell[1], next; j <= last_cell[1]; j = next) {
+    const PetscInt base = CellBase(p, (PetscInt[3]){ first_cell[0], j, first_cell[2] });
+    for (next = j + 1; next <= last_cell[1] && CutOf(p, next) == CutOf(p, j); next++);
+    for (int k = 0; k < 6; k++) {
+      at[k] = p->t[k] + base;
+      r[k]  = p->r[k] + base;
+    }
+    for (int k = 0; k < 3; k++) u[k] = p->u[k] + base;
+    DLMAdvectCells((long[3]){ last_cell[0] - first_cell[0] + 1, next - j, last_cell[2] - first_cell[2] + 1 }, p->block.stride, p->grid->h, first, second, CutOf(p, j), u, at, r);
   }
-  for (int k = 0; k < 3; k++) u[k] = p->u[k] + base;
-  DLMAdvectCells(cells, p->block.stride, p->grid->h, first, second, p->cut, u, at, r);
   if (p->grid->half) DLMPolymerLines(p, MirrorVisit, NULL);
   PetscFunctionReturn(0);
 }

@@ -94,8 +94,8 @@ static int WriteStep(DLMFieldFile file, PetscInt step, double time)
 static void Open(PetscInt keep_through, DLMFieldFile *file)
 {
   Call(DLMFieldFileCreate(PETSC_COMM_WORLD, dir, keep_through, file));
-  Call(DLMFieldFileAddMesh(*file, "velocity", fine, origin, h, periodic));
-  Call(DLMFieldFileAddMesh(*file, "pressure", coarse, origin, h2, periodic));
+  Call(DLMFieldFileAddMesh(*file, "velocity", fine, origin, h, periodic, PETSC_FALSE));
+  Call(DLMFieldFileAddMesh(*file, "pressure", coarse, origin, h2, periodic, PETSC_FALSE));
 }
 
 /* Serial read of a whole dataset; asserts its shape, given without trailing zeros. */
