@@ -15,7 +15,7 @@ typedef enum { DLM_FLUID_NEWTONIAN, DLM_FLUID_OLDROYD_B, DLM_FLUID_UCM, DLM_FLUI
 typedef enum { DLM_FORM_FACTOR, DLM_FORM_LOG } DLMPolymerForm;
 typedef enum { DLM_COUPLING_EXPLICIT, DLM_COUPLING_BOTH_SIDES } DLMCoupling;
 typedef enum { DLM_INSIDE_IDENTITY, DLM_INSIDE_EVOLVE, DLM_INSIDE_EXTEND, DLM_INSIDE_STOKES, DLM_INSIDE_AUTO } DLMInside;
-typedef enum { DLM_MIRROR_NONE, DLM_MIRROR_HALF, DLM_MIRROR_WHOLE } DLMMirror;
+typedef enum { DLM_MIRROR_NONE, DLM_MIRROR_HALF, DLM_MIRROR_WHOLE, DLM_MIRROR_AUTO } DLMMirror;
 typedef enum { DLM_ACCURACY_NONE, DLM_ACCURACY_DRAFT, DLM_ACCURACY_STANDARD, DLM_ACCURACY_FINE, DLM_ACCURACY_REFERENCE } DLMAccuracy;
 typedef enum { DLM_PLANE_12, DLM_PLANE_13, DLM_PLANE_23 } DLMPlane;
 typedef enum { DLM_LUBRICATION_FALSE, DLM_LUBRICATION_TRUE, DLM_LUBRICATION_AUTO } DLMLubricationChoice;
@@ -65,7 +65,8 @@ typedef struct {
 
   PetscReal box_size[3];
   PetscBool box_periodic[3];
-  DLMMirror box_mirror;               /* what of a box that is its own mirror image in x2 = 0 is computed */
+  DLMMirror box_mirror;               /* what of a scene that is its own mirror image in x2 = 0 is computed; the check resolves DLM_MIRROR_AUTO */
+  PetscBool mirror_chosen;            /* by that check, not by the user */
   PetscReal grid_resolution;          /* cells per unit length, 1/h */
   PetscReal h;                        /* mesh width */
   PetscInt  cells[3];                 /* cells per axis, even */

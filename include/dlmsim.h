@@ -11,6 +11,11 @@
 
 typedef struct _p_DLMSimulation *DLMSimulation;
 
+/*
+  DLMSimulationSettle - takes the whole box where the scene's check chose half of it but this run's solvers, ranks or limits need all: other solvers than the program's, more
+  ranks than half a mesh feeds, blocks over -stokes_block_limit. Call before the others. Collective.
+*/
+PETSC_EXTERN PetscErrorCode DLMSimulationSettle(DLMScene *scene);
 /* scene must outlive it. Builds only what the scene needs. Collective on scene->comm. */
 PETSC_EXTERN PetscErrorCode DLMSimulationCreate(const DLMScene *scene, DLMSimulation *sim);
 PETSC_EXTERN PetscErrorCode DLMSimulationDestroy(DLMSimulation *sim);

@@ -27,6 +27,7 @@ static PetscErrorCode Run(int argc, char **argv, PetscBool *stopped)
     PetscFunctionReturn(0);
   }
   PetscCall(DLMSceneCreate(comm, &scene));
+  PetscCall(DLMSimulationSettle(scene));
   PetscCall(PetscOptionsHasHelp(NULL, &only_help));
   if (scene->dry_run && !only_help) {
     PetscCall(DLMSimulationDryRun(scene));

@@ -13,7 +13,7 @@
 #include <petscdmda.h>
 #include <hdf5.h>
 
-enum { DLM_CHECKPOINT_FORMAT = 3, DLM_CHECKPOINT_HEAD = 512, DLM_CHECKPOINT_TEXT = 256 };
+enum { DLM_CHECKPOINT_FORMAT = 4, DLM_CHECKPOINT_HEAD = 512, DLM_CHECKPOINT_TEXT = 256 };
 
 typedef struct {
   MPI_Comm  comm;
@@ -32,11 +32,11 @@ PETSC_EXTERN PetscErrorCode DLMCheckpointFileDestroy(DLMCheckpointFile **file);
 
 /*
   The verbs: each moves one named item in the direction of the file, so that one list of calls writes and reads. Numbers and texts are the same on every
-  rank. v belongs to dm, whose components are interleaved.
+  rank. v belongs to dm, whose components are interleaved; sign is as in DLMNaturalCreate: the file has the whole box.
 */
 PETSC_EXTERN PetscErrorCode DLMCheckpointReals(DLMCheckpointFile *file, const char *name, PetscInt n, PetscReal *x);
 PETSC_EXTERN PetscErrorCode DLMCheckpointInts(DLMCheckpointFile *file, const char *name, PetscInt n, PetscInt *x);
 PETSC_EXTERN PetscErrorCode DLMCheckpointBool(DLMCheckpointFile *file, const char *name, PetscBool *x);
 PETSC_EXTERN PetscErrorCode DLMCheckpointText(DLMCheckpointFile *file, const char *name, char text[DLM_CHECKPOINT_TEXT]);
-PETSC_EXTERN PetscErrorCode DLMCheckpointField(DLMCheckpointFile *file, const char *name, DM dm, Vec v);
+PETSC_EXTERN PetscErrorCode DLMCheckpointField(DLMCheckpointFile *file, const char *name, DM dm, const PetscReal *sign, Vec v);
 #endif

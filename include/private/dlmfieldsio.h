@@ -31,20 +31,21 @@ PETSC_EXTERN PetscErrorCode DLMFieldFileCreate(MPI_Comm comm, const char *dir, P
 /*
   DLMFieldFileAddMesh - names a uniform mesh for the outputs to come.
 
-  nodes[a] - nodes of the DMDA along axis a (2 or more, so at least one cell); origin - position of its first node; spacing - mesh width per axis. The name
-  (letters, digits, underscores) becomes that of the grid in ParaView. half: the DMDA holds the upper half of axis x2, nodes[1]/2 + 1 planes, whose mirror image
-  the file has too.
+  nodes[a] - nodes of the mesh along axis a (2 or more, so at least one cell); origin - position of its first node; spacing - mesh width per axis. The name
+  (letters, digits, underscores) becomes that of the grid in ParaView.
 */
 PETSC_EXTERN PetscErrorCode DLMFieldFileAddMesh(DLMFieldFile file, const char *name, const PetscInt nodes[3], const PetscReal origin[3],
-                                                const PetscReal spacing[3], const PetscBool periodic[3], PetscBool half);
+                                                const PetscReal spacing[3], const PetscBool periodic[3]);
 /* Opens an output. Steps ascend; one that is there already (the restart's own) is written anew. */
 PETSC_EXTERN PetscErrorCode DLMFieldFileBeginStep(DLMFieldFile file, PetscInt step, PetscReal time);
 /*
   DLMFieldFileWriteVec - writes a global vector of the DMDA da on the named mesh. Collective.
 
+  sign: NULL, or, if da holds the half x2 >= 0 of the mesh, what each component is multiplied by in the mirror.
+
   dof 1: scalar; 3: vector; 6: symmetric tensor in VTK's order 11, 22, 33, 12, 23, 13, in which ParaView names the components.
 */
-PETSC_EXTERN PetscErrorCode DLMFieldFileWriteVec(DLMFieldFile file, const char *mesh, const char *name, DM da, Vec v);
+PETSC_EXTERN PetscErrorCode DLMFieldFileWriteVec(DLMFieldFile file, const char *mesh, const char *name, DM da, const PetscReal *sign, Vec v);
 /* Values at points: reals [n][dof], dof 1 or 3, or (dof 0) ints [n]. */
 typedef struct {
   const char *name;
@@ -67,8 +68,7 @@ enum { DLM_FIELD_MOST = 8 }; /* meshes, fields and sets of points of an output, 
 
 typedef struct {
   char      name[DLM_FIELD_NAME];
-  PetscInt  nodes[3];    /* of the box */
-  PetscBool half;        /* the DMDA has half of them along x2 */
+  PetscInt  nodes[3];
   PetscInt  periodic[3]; /* 0 or 1; the file has nodes + periodic */
   PetscReal origin[3], spacing[3];
 } DLMFieldMesh;

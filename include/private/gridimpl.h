@@ -48,6 +48,12 @@ static inline PetscInt DLMGridImages(DLMGrid grid, PetscInt j)
   return grid->half && j > 0 && j < grid->cells[1] ? 2 : 1;
 }
 
+/* The signs, if the grid holds half of the box; else NULL: nothing is an image. */
+static inline const PetscReal *DLMGridSign(DLMGrid grid, const PetscReal *sign)
+{
+  return grid->half ? sign : NULL;
+}
+
 /* The node of 0..n-1 (or 0..n between mirrors) that node i of a periodic axis of n cells stands for, and whether as its mirror image. */
 static inline PetscInt DLMGridFold(DLMGrid grid, int d, PetscInt n, PetscInt i, PetscBool *image)
 {

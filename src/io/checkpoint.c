@@ -1,4 +1,5 @@
 /* What a checkpoint holds. Each list below is walked to write and to read: see docs/developer.md on adding an item. */
+#include "../../include/private/gridimpl.h"
 #include "../../include/private/simimpl.h"
 
 /*
@@ -39,7 +40,7 @@ static PetscErrorCode MoveScene(DLMCheckpointFile *file, DLMSimulation sim)
   PetscFunctionBegin;
   PetscCall(MoveFact(file, s, "-box_size", "%.15g,%.15g,%.15g", (double)size[0], (double)size[1], (double)size[2]));
   PetscCall(MoveFact(file, s, "-box_periodic", "%d,%d,%d", s->box_periodic[0] != 0, s->box_periodic[1] != 0, s->box_periodic[2] != 0));
-  PetscCall(MoveFact(file, s, "-box_mirror", "%s", DLMMirrors[s->box_mirror]));
+  PetscCall(MoveFact(file, s, "-box_mirror", "%s", s->box_mirror == DLM_MIRROR_NONE ? "none" : "half or whole")); /* the same flow */
   PetscCall(MoveFact(file, s, "-grid_resolution", "%.15g", (double)s->grid_resolution));
   PetscCall(MoveFact(file, s, "-fluid_model", "%s", DLMFluidModels[s->fluid_model]));
   PetscCall(MoveFact(file, s, "-polymer_form", "%s", s->fluid_model ? DLMPolymerForms[s->polymer_form] : "none"));
@@ -113,6 +114,7 @@ static PetscErrorCode MoveSpheres(DLMCheckpointFile *file, DLMSimulation sim)
   if (!sim->spheres) PetscFunctionReturn(0);
   PetscCall(DLMSpheresGetStates(sim->spheres, &n, &state));
   PetscCall(DLMCheckpointReals(file, "spheres/states", n * (PetscInt)(sizeof(*state) / sizeof(PetscReal)), (PetscReal *)state));
+  for (PetscInt i = 0; i < n && sim->grid->half; i++) state[i].center[1] = 0.0; /* the whole box may have left it there to rounding */
   PetscCall(DLMSaddleStateCreate(sim->saddle, &saddle));
   if (file->writing) PetscCall(DLMSaddleGetState(sim->saddle, &saddle));
   PetscCall(DLMCheckpointReals(file, "spheres/multipliers", saddle.n_multipliers, saddle.multipliers));
@@ -127,14 +129,14 @@ static PetscErrorCode MoveSpheres(DLMCheckpointFile *file, DLMSimulation sim)
   PetscFunctionReturn(0);
 }
 
-static PetscErrorCode MoveVec(DLMCheckpointFile *file, const char *name, DM dm, Vec v)
+static PetscErrorCode MoveVec(DLMCheckpointFile *file, const char *name, DM dm, const PetscReal *sign, Vec v)
 {
   Vec copy;
 
   PetscFunctionBegin;
   PetscCall(DMGetGlobalVector(dm, &copy));
   PetscCall(VecCopy(v, copy));
-  PetscCall(DLMCheckpointField(file, name, dm, copy));
+  PetscCall(DLMCheckpointField(file, name, dm, sign, copy));
   if (!file->writing) PetscCall(VecCopy(copy, v));
   PetscCall(DMRestoreGlobalVector(dm, &copy));
   PetscFunctionReturn(0);
@@ -149,8 +151,8 @@ static PetscErrorCode MoveFluid(DLMCheckpointFile *file, DLMSimulation sim)
   PetscCall(DLMGridGetDMs(sim->grid, &velocity, &pressure));
   PetscCall(DLMSaddleGetFluid(sim->saddle, &x));
   PetscCall(DLMStokesGetParts(sim->stokes, x, &u, &p));
-  PetscCall(MoveVec(file, "fluid/velocity", velocity, u));
-  PetscCall(MoveVec(file, "fluid/pressure", pressure, p));
+  PetscCall(MoveVec(file, "fluid/velocity", velocity, DLMGridSign(sim->grid, DLMMirrorVector), u));
+  PetscCall(MoveVec(file, "fluid/pressure", pressure, DLMGridSign(sim->grid, DLMMirrorScalar), p));
   PetscCall(DLMStokesRestoreParts(sim->stokes, x, &u, &p));
   PetscFunctionReturn(0);
 }
@@ -176,16 +178,16 @@ static PetscErrorCode Interleave(Vec C, Vec nodal, PetscBool back)
 }
 
 /* A symmetric tensor of the polymer's layout. */
-static PetscErrorCode MoveTensor(DLMCheckpointFile *file, const char *name, DM velocity, Vec tensor)
+static PetscErrorCode MoveTensor(DLMCheckpointFile *file, const char *name, DLMGrid grid, Vec tensor)
 {
   DM  dm;
   Vec nodal;
 
   PetscFunctionBegin;
-  PetscCall(DMDACreateCompatibleDMDA(velocity, 6, &dm));
+  PetscCall(DMDACreateCompatibleDMDA(grid->velocity, 6, &dm));
   PetscCall(DMCreateGlobalVector(dm, &nodal));
   if (file->writing) PetscCall(Interleave(tensor, nodal, PETSC_FALSE));
-  PetscCall(DLMCheckpointField(file, name, dm, nodal));
+  PetscCall(DLMCheckpointField(file, name, dm, DLMGridSign(grid, DLMMirrorTensor), nodal));
   if (!file->writing) PetscCall(Interleave(tensor, nodal, PETSC_TRUE));
   PetscCall(VecDestroy(&nodal));
   PetscCall(DMDestroy(&dm));
@@ -196,28 +198,26 @@ static PetscErrorCode MoveTensor(DLMCheckpointFile *file, const char *name, DM v
 static PetscErrorCode MovePolymer(DLMCheckpointFile *file, DLMSimulation sim)
 {
   DLMPolymerState state;
-  DM              velocity;
   Vec             x, C, rate;
 
   PetscFunctionBegin;
   if (!sim->polymer) PetscFunctionReturn(0);
-  PetscCall(DLMGridGetDMs(sim->grid, &velocity, NULL));
   PetscCall(DLMPolymerGetState(sim->polymer, &state));
   PetscCall(DLMPolymerGetConformation(sim->polymer, &C));
   PetscCall(VecDuplicate(C, &rate));
-  PetscCall(MoveTensor(file, "polymer/conformation", velocity, C));
+  PetscCall(MoveTensor(file, "polymer/conformation", sim->grid, C));
   PetscCall(DLMCheckpointInts(file, "polymer/n_forces", 1, &state.n_forces));
   PetscCall(DLMCheckpointReals(file, "polymer/time_now", 1, &state.time_now));
   PetscCall(DLMCheckpointReals(file, "polymer/time_before", 1, &state.time_before));
   PetscCall(DLMCheckpointInts(file, "polymer/n_velocities", 1, &state.n_velocities));
   PetscCall(DLMCheckpointReals(file, "polymer/velocity_time", 1, &state.velocity_time));
   PetscCall(DLMCheckpointReals(file, "polymer/velocity_time_before", 1, &state.velocity_time_before));
-  PetscCall(DLMCheckpointInts(file, "polymer/mirror", 1, &state.cut));
+  PetscCall(DLMCheckpointInts(file, "polymer/cut", 1, &state.cut));
   if (state.n_near > 0) PetscCall(DLMCheckpointReals(file, "polymer/near_flow", state.n_near, state.near));
-  if (state.n_forces > 0) PetscCall(MoveVec(file, "polymer/force_now", velocity, state.force_now));
-  if (state.n_forces > 1) PetscCall(MoveVec(file, "polymer/force_before", velocity, state.force_before));
+  if (state.n_forces > 0) PetscCall(MoveVec(file, "polymer/force_now", sim->grid->velocity, DLMGridSign(sim->grid, DLMMirrorVector), state.force_now));
+  if (state.n_forces > 1) PetscCall(MoveVec(file, "polymer/force_before", sim->grid->velocity, DLMGridSign(sim->grid, DLMMirrorVector), state.force_before));
   if (state.n_velocities > 1 && file->writing) PetscCall(DLMPolymerGetRateBefore(sim->polymer, rate));
-  if (state.n_velocities > 1) PetscCall(MoveTensor(file, "polymer/rate_before", velocity, rate));
+  if (state.n_velocities > 1) PetscCall(MoveTensor(file, "polymer/rate_before", sim->grid, rate));
   if (!file->writing) {
     PetscCall(DLMSaddleGetFluid(sim->saddle, &x));
     PetscCall(DLMPolymerSetState(sim->polymer, &state, rate, x));

@@ -200,20 +200,18 @@ PetscErrorCode DLMCheckpointText(DLMCheckpointFile *file, const char *name, char
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode DLMCheckpointField(DLMCheckpointFile *file, const char *name, DM dm, Vec v)
+PetscErrorCode DLMCheckpointField(DLMCheckpointFile *file, const char *name, DM dm, const PetscReal *sign, Vec v)
 {
-  PetscInt     n[3], dof;
-  DLMNatural   natural;
+  DLMNatural   n;
   PetscScalar *x;
 
   PetscFunctionBegin;
-  PetscCall(DMDAGetInfo(dm, NULL, &n[0], &n[1], &n[2], NULL, NULL, NULL, &dof, NULL, NULL, NULL, NULL, NULL));
-  PetscCall(DLMNaturalCreate(dm, &natural));
-  if (file->writing) PetscCall(DLMNaturalGather(&natural, v));
-  PetscCall(VecGetArray(natural.all, &x));
-  if (IsFirst(file)) PetscCall(Move(file, name, H5T_NATIVE_DOUBLE, 4, (hsize_t[]){ (hsize_t)n[2], (hsize_t)n[1], (hsize_t)n[0], (hsize_t)dof }, x));
-  PetscCall(VecRestoreArray(natural.all, &x));
-  if (!file->writing) PetscCall(DLMNaturalSpread(&natural, v));
-  PetscCall(DLMNaturalDestroy(&natural));
+  PetscCall(DLMNaturalCreate(dm, sign, &n));
+  if (file->writing) PetscCall(DLMNaturalGather(&n, v));
+  PetscCall(DLMNaturalGetArray(&n, &x));
+  if (IsFirst(file)) PetscCall(Move(file, name, H5T_NATIVE_DOUBLE, 4, (hsize_t[]){ (hsize_t)n.nodes[2], (hsize_t)n.nodes[1], (hsize_t)n.nodes[0], (hsize_t)n.dof }, x));
+  PetscCall(DLMNaturalRestoreArray(&n, &x));
+  if (!file->writing) PetscCall(DLMNaturalSpread(&n, v));
+  PetscCall(DLMNaturalDestroy(&n));
   PetscFunctionReturn(0);
 }

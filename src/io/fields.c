@@ -37,9 +37,9 @@ PetscErrorCode DLMFieldsOpen(DLMOutput output)
     lower[d] = -0.5 * scene->box_size[d];
     nodes[d] = scene->cells[d] + !scene->box_periodic[d];
   }
-  PetscCall(DLMFieldFileAddMesh(output->fields, "velocity_mesh", nodes, lower, fine, grid->periodic, grid->half));
+  PetscCall(DLMFieldFileAddMesh(output->fields, "velocity_mesh", nodes, lower, fine, grid->periodic));
   for (int d = 0; d < 3; d++) nodes[d] = scene->cells[d] / 2 + !scene->box_periodic[d];
-  PetscCall(DLMFieldFileAddMesh(output->fields, "pressure_mesh", nodes, lower, coarse, grid->periodic, grid->half));
+  PetscCall(DLMFieldFileAddMesh(output->fields, "pressure_mesh", nodes, lower, coarse, grid->periodic));
   PetscFunctionReturn(0);
 }
 
@@ -67,7 +67,9 @@ static PetscErrorCode WriteSpheres(DLMOutput output)
 /* C in VTK's order, 11, 22, 33, 12, 23, 13, from planar components 11, 22, 33, 12, 13, 23; and its trace. */
 static PetscErrorCode WriteConformation(DLMOutput output, DM velocity)
 {
-  static const int   order[6] = { 0, 1, 2, 3, 5, 4 };
+  static const int       order[6] = { 0, 1, 2, 3, 5, 4 };
+  static const PetscReal signs[6] = { 1.0, 1.0, 1.0, -1.0, -1.0, 1.0 };
+  const DLMGrid      grid = output->sim->grid;
   const PetscScalar *planar;
   PetscScalar       *x, *t;
   PetscInt           n;
@@ -91,8 +93,8 @@ static PetscErrorCode WriteConformation(DLMOutput output, DM velocity)
   PetscCall(VecRestoreArray(trace, &t));
   PetscCall(VecRestoreArray(shown, &x));
   PetscCall(VecRestoreArrayRead(C, &planar));
-  PetscCall(DLMFieldFileWriteVec(output->fields, "velocity_mesh", "conformation", six, shown));
-  PetscCall(DLMFieldFileWriteVec(output->fields, "velocity_mesh", "conformation_trace", one, trace));
+  PetscCall(DLMFieldFileWriteVec(output->fields, "velocity_mesh", "conformation", six, DLMGridSign(grid, signs), shown));
+  PetscCall(DLMFieldFileWriteVec(output->fields, "velocity_mesh", "conformation_trace", one, DLMGridSign(grid, DLMMirrorScalar), trace));
   PetscCall(VecDestroy(&shown));
   PetscCall(VecDestroy(&trace));
   PetscCall(DMDestroy(&six));
@@ -122,9 +124,9 @@ PetscErrorCode DLMFieldsWrite(DLMOutput output, PetscInt step, PetscReal time)
     PetscCall(VecRestoreArray(shown, &v));
   }
   PetscCall(DLMFieldFileBeginStep(output->fields, step, time));
-  PetscCall(DLMFieldFileWriteVec(output->fields, "velocity_mesh", "velocity", velocity, shown));
+  PetscCall(DLMFieldFileWriteVec(output->fields, "velocity_mesh", "velocity", velocity, DLMGridSign(output->sim->grid, DLMMirrorVector), shown));
   PetscCall(DMRestoreGlobalVector(velocity, &shown));
-  PetscCall(DLMFieldFileWriteVec(output->fields, "pressure_mesh", "pressure", pressure, p));
+  PetscCall(DLMFieldFileWriteVec(output->fields, "pressure_mesh", "pressure", pressure, DLMGridSign(output->sim->grid, DLMMirrorScalar), p));
   if (output->sim->polymer) PetscCall(WriteConformation(output, velocity));
   if (output->sim->spheres) PetscCall(WriteSpheres(output));
   if (output->sim->spheres && output->sim->scene->output_multipliers) PetscCall(DLMMultipliersWrite(output->sim, output->fields));

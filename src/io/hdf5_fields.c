@@ -66,7 +66,7 @@ PetscErrorCode DLMFieldFileDestroy(DLMFieldFile *file)
 }
 
 PetscErrorCode DLMFieldFileAddMesh(DLMFieldFile file, const char *name, const PetscInt nodes[3], const PetscReal origin[3], const PetscReal spacing[3],
-                                   const PetscBool periodic[3], PetscBool half)
+                                   const PetscBool periodic[3])
 {
   DLMFieldMesh *mesh = &file->meshes[file->n_meshes];
 
@@ -79,7 +79,6 @@ PetscErrorCode DLMFieldFileAddMesh(DLMFieldFile file, const char *name, const Pe
     mesh->origin[i]   = origin[i];
     mesh->spacing[i]  = spacing[i];
   }
-  mesh->half = half;
   file->n_meshes++;
   PetscFunctionReturn(0);
 }
@@ -224,70 +223,41 @@ static PetscErrorCode WriteClosed(DLMFieldFile file, const DLMFieldMesh *mesh, c
   PetscFunctionReturn(0);
 }
 
-/* Nodes of the DMDA along an axis. */
-static PetscInt HeldNodes(const DLMFieldMesh *mesh, int axis)
-{
-  return mesh->half && axis == 1 ? mesh->nodes[1] / 2 + 1 : mesh->nodes[axis];
-}
-
-/* The whole box from its upper half along x2; free with PetscFree. In the mirror a vector's second component turns round, and a tensor's 12 and 23. */
-static PetscErrorCode Unfold(const DLMFieldMesh *mesh, PetscInt dof, const PetscScalar *half, PetscScalar **whole)
-{
-  static const PetscScalar sign[] = { [1] = 1.0, [3] = 1.0, -1.0, 1.0, [6] = 1.0, 1.0, 1.0, -1.0, -1.0, 1.0 }; /* from entry dof on */
-  const PetscInt           line = dof * mesh->nodes[0], middle = mesh->nodes[1] / 2;
-
-  PetscFunctionBegin;
-  PetscCall(PetscMalloc1(line * mesh->nodes[1] * mesh->nodes[2], whole));
-  for (PetscInt k = 0; k < mesh->nodes[2]; k++)
-    for (PetscInt j = 0; j < mesh->nodes[1]; j++) {
-      const PetscScalar *from = half + line * (PetscAbsInt(j - middle) + (middle + 1) * k);
-      PetscScalar       *to   = *whole + line * (j + mesh->nodes[1] * k);
-      for (PetscInt i = 0; i < line; i++) to[i] = j < middle ? sign[dof + i % dof] * from[i] : from[i];
-    }
-  PetscFunctionReturn(0);
-}
-
 /* Notes the field for fields.xmf after a look at what it is. */
-static PetscErrorCode AddField(DLMFieldFile file, const char *mesh_name, const char *name, DM da, DLMFieldEntry **new_field)
+static PetscErrorCode AddField(DLMFieldFile file, const char *mesh_name, const char *name, const DLMNatural *natural, DLMFieldEntry **new_field)
 {
-  DLMFieldEntry *field = &file->fields[file->n_fields];
-  PetscInt       nodes[3];
+  DLMFieldEntry  *field = &file->fields[file->n_fields];
+  const PetscInt *nodes = natural->nodes;
 
   PetscFunctionBegin;
   PetscCheck(file->n_fields < DLM_FIELD_MOST, file->comm, PETSC_ERR_ARG_OUTOFRANGE, "At most %d fields", DLM_FIELD_MOST);
   PetscCall(PetscStrncpy(field->name, name, DLM_FIELD_NAME));
   for (field->mesh = 0; field->mesh < file->n_meshes && strcmp(file->meshes[field->mesh].name, mesh_name); field->mesh++) { }
   PetscCheck(field->mesh < file->n_meshes, file->comm, PETSC_ERR_ARG_WRONG, "Field %s: no mesh named %s", name, mesh_name);
-  PetscCall(DMDAGetInfo(da, NULL, &nodes[0], &nodes[1], &nodes[2], NULL, NULL, NULL, &field->dof, NULL, NULL, NULL, NULL, NULL));
+  field->dof = natural->dof;
   PetscCheck(field->dof == 1 || field->dof == 3 || field->dof == 6, file->comm, PETSC_ERR_ARG_WRONG,
              "Field %s has %" PetscInt_FMT " components; allowed: 1, 3, 6", name, field->dof);
   for (int i = 0; i < 3; i++)
-    PetscCheck(nodes[i] == HeldNodes(&file->meshes[field->mesh], i), file->comm, PETSC_ERR_ARG_SIZ, "Field %s has %" PetscInt_FMT " nodes along x%d, mesh %s has %" PetscInt_FMT,
-               name, nodes[i], i + 1, mesh_name, HeldNodes(&file->meshes[field->mesh], i));
+    PetscCheck(nodes[i] == file->meshes[field->mesh].nodes[i], file->comm, PETSC_ERR_ARG_SIZ, "Field %s has %" PetscInt_FMT " nodes along x%d, mesh %s has %" PetscInt_FMT,
+               name, nodes[i], i + 1, mesh_name, file->meshes[field->mesh].nodes[i]);
   file->n_fields++;
   *new_field = field;
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode DLMFieldFileWriteVec(DLMFieldFile file, const char *mesh_name, const char *name, DM da, Vec v)
+PetscErrorCode DLMFieldFileWriteVec(DLMFieldFile file, const char *mesh_name, const char *name, DM da, const PetscReal *sign, Vec v)
 {
-  DLMFieldEntry     *field = NULL;
-  DLMNatural         natural;
-  const PetscScalar *x;
-  PetscScalar       *whole = NULL;
+  DLMFieldEntry *field = NULL;
+  DLMNatural     natural;
+  PetscScalar   *x;
 
   PetscFunctionBeginUser;
-  PetscCall(AddField(file, mesh_name, name, da, &field));
-  PetscCall(DLMNaturalCreate(da, &natural));
+  PetscCall(DLMNaturalCreate(da, sign, &natural));
+  PetscCall(AddField(file, mesh_name, name, &natural, &field));
   PetscCall(DLMNaturalGather(&natural, v));
-  PetscCall(VecGetArrayRead(natural.all, &x));
-  if (file->rank == 0 && !file->failed) {
-    const DLMFieldMesh *mesh = &file->meshes[field->mesh];
-    if (mesh->half) PetscCall(Unfold(mesh, field->dof, x, &whole));
-    PetscCall(WriteClosed(file, mesh, name, field->dof, mesh->half ? whole : x));
-    PetscCall(PetscFree(whole));
-  }
-  PetscCall(VecRestoreArrayRead(natural.all, &x));
+  PetscCall(DLMNaturalGetArray(&natural, &x));
+  if (file->rank == 0 && !file->failed) PetscCall(WriteClosed(file, &file->meshes[field->mesh], name, field->dof, x));
+  PetscCall(DLMNaturalRestoreArray(&natural, &x));
   PetscCall(DLMNaturalDestroy(&natural));
   PetscFunctionReturn(0);
 }

@@ -173,36 +173,6 @@ static void ClampCenters(DLMScene *scene)
   }
 }
 
-/* Half a box needs a scene that is its own mirror image, and the exact box solver. */
-static PetscErrorCode CheckMirror(DLMScene *scene)
-{
-  PetscReal across = PetscAbsReal(scene->gravity[1]) + PetscAbsReal(scene->pressure_gradient[1]);
-  char      name[DLM_SPHERE_NAME];
-
-  PetscFunctionBeginUser;
-  if (scene->box_mirror != DLM_MIRROR_HALF) PetscFunctionReturn(0);
-  for (int d = 0; d < 3; d++) across += PetscAbsReal(scene->wall_velocity[d][0][1]) + PetscAbsReal(scene->wall_velocity[d][1][1]);
-  if (scene->polymer_mode_plane != DLM_PLANE_13) across += PetscAbsReal(scene->polymer_mode_amplitude);
-  DLMUserCheck(across == 0.0, scene->comm, "-box_mirror half with gravity, pressure gradient, wall velocity or -polymer_mode_plane that act along x2; allowed: none that do, or -box_mirror none");
-  DLMUserCheck(scene->box_periodic[1] && (scene->box_periodic[0] || scene->box_periodic[2]), scene->comm,
-               "-box_mirror half with -box_periodic %d,%d,%d; allowed: x2 and one more axis periodic", scene->box_periodic[0], scene->box_periodic[1], scene->box_periodic[2]);
-  DLMUserCheck(scene->cells[1] % 4 == 0 && scene->cells[1] >= 8, scene->comm,
-               "-box_mirror half with %" PetscInt_FMT " cells along x2; allowed: a multiple of 4 from 8 on, so that each half has an even number", scene->cells[1]);
-  DLMUserCheck(!scene->n_spheres || (scene->pairing_type == DLM_PAIRING_IMMERSED && scene->pairing_points == DLM_POINTS_SURFACE), scene->comm,
-               "-box_mirror half with -pairing_type %s and -pairing_points %s, which are not their own mirror image; allowed: immersed and surface", DLMPairingTypes[scene->pairing_type],
-               DLMPointSets[scene->pairing_points]);
-  DLMUserCheck(!scene->n_spheres || scene->pairing_degree > 0.0 || (scene->pairing_degree < 0.0 && scene->pairing_retraction < 0.0), scene->comm,
-               "-box_mirror half without harmonics (-pairing_degree 0, or auto with a retraction); allowed: -pairing_degree of at least 1, or auto without -pairing_retraction");
-  for (PetscInt i = 0; i < scene->n_spheres; i++) {
-    DLMSphereSpec *s = &scene->spheres[i];
-    if (PetscAbsReal(s->center[1]) <= ROUNDING * scene->box_size[1]) s->center[1] = 0.0;
-    DLMUserCheck(s->center[1] == 0.0 && s->velocity[1] == 0.0 && s->force[1] == 0.0 && s->omega[0] == 0.0 && s->omega[2] == 0.0 && s->torque[0] == 0.0 && s->torque[2] == 0.0,
-                 scene->comm, "%s at x2 = %.6g, with -box_mirror half; allowed: x2 = 0, and no velocity or force along x2, no rotation or torque about x1 and x3", DLMSphereName(scene, i, name),
-                 (double)s->center[1]);
-  }
-  PetscFunctionReturn(0);
-}
-
 /* Times of the polymer, and the viscosity that is solved for. */
 static PetscErrorCode CheckPolymer(DLMScene *scene)
 {
@@ -236,11 +206,11 @@ PetscErrorCode DLMSceneCheck(DLMScene *scene)
                "-pairing_degree %.6g: not an integer; allowed: auto or an integer from 0 to 12", (double)scene->pairing_degree);
   DLMUserCheck(!scene->output_multipliers || scene->output_fields_every > 0, scene->comm,
                "-output_multipliers true with -output_fields_every 0, but they are part of the fields; allowed: -output_fields_every of at least 1");
+  PetscCall(DLMSceneSetMirror(scene));
   PetscCall(CheckProcesses(scene));
   PetscCall(CheckWalls(scene));
   for (PetscInt i = 0; i < scene->n_spheres; i++) PetscCall(CheckSphere(scene, i));
   ClampCenters(scene);
-  PetscCall(CheckMirror(scene));
   PetscCall(DLMSceneCheckOverlap(scene));
   PetscFunctionReturn(0);
 }

@@ -13,7 +13,7 @@ const char *const DLMCouplings[]    = {"explicit", "both_sides", "DLMCoupling", 
 const char *const DLMInsides[]      = {"identity", "evolve", "extend", "stokes", "auto", "DLMInside", "DLM_INSIDE_", NULL};
 const char *const DLMLubrications[] = {"false", "true", "auto", "DLMLubricationChoice", "DLM_LUBRICATION_", NULL};
 const char *const DLMPlanes[]       = {"12", "13", "23", "DLMPlane", "DLM_PLANE_", NULL};
-const char *const DLMMirrors[]      = {"none", "half", "whole", "DLMMirror", "DLM_MIRROR_", NULL};
+const char *const DLMMirrors[]      = {"none", "half", "whole", "auto", "DLMMirror", "DLM_MIRROR_", NULL};
 const char *const DLMAccuracies[]   = {"none", "draft", "standard", "fine", "reference", "DLMAccuracy", "DLM_ACCURACY_", NULL};
 static const char *const SplitSchemes[] = {"lie", "strang", "DLMSplitScheme", "DLM_SPLIT_", NULL};
 static const char *const AdaptTypes[] = {"none", "scene", "DLMAdaptType", "DLM_ADAPT_", NULL};
@@ -33,9 +33,9 @@ const DLMSceneKey DLMSceneKeys[] = {
   {"Box and mesh", "box_size", DLM_KEY_REAL3, "1,1,1", AT(scene.box_size), POSITIVE, "length",
    "lengths of the box, which is centred at the origin"},
   {"Box and mesh", "box_periodic", DLM_KEY_BOOL3, "1,1,0", AT(scene.box_periodic), ANY, "", "periodic axes; the others have walls"},
-  {"Box and mesh", "box_mirror", DLM_KEY_WORD, "none", AT(scene.box_mirror), ONE_OF(DLMMirrors), "",
-   "half: only x2 >= 0 is computed of a scene that is its own mirror image in x2 = 0, with all spheres in that plane, at about half of time and memory; "
-   "the divergence is that of the cubes' cut and its mirror image, averaged; whole: the same flow without the saving, to compare"},
+  {"Box and mesh", "box_mirror", DLM_KEY_WORD, "auto", AT(scene.box_mirror), ONE_OF(DLMMirrors), "",
+   "half: of a scene that is its own mirror image in x2 = 0, with all spheres in that plane, only x2 >= 0 is computed, in half of time and memory, on a mesh that is its own "
+   "mirror image too; whole: all of it, on that mesh; none: all of it, on the mesh that other scenes have; auto: half where scene and solvers allow it"},
   {"Box and mesh", "grid_resolution", DLM_KEY_REAL, "24", AT(scene.grid_resolution), POSITIVE, "cells/length",
    "1/h; every box length must be an even number of cells"},
   {"Box and mesh", "grid_processes", DLM_KEY_INT3, "0,0,0", AT(scene.grid_processes), NOT_NEGATIVE, "ranks",

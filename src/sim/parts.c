@@ -38,10 +38,12 @@ static void Take(DLMSimulation sim, DLMPart from, DLMPartRecord *part, PetscReal
 static PetscErrorCode Grid(DLMSimulation sim, DLMPartRecord *part)
 {
   const PetscInt *cells = sim->whole->cells;
+  const PetscBool half  = (PetscBool)(sim->whole->box_mirror == DLM_MIRROR_HALF);
 
   PetscFunctionBegin;
   PetscCall(DLMGridCreate(&sim->riding, &sim->grid));
-  PetscCall(Say(part, PETSC_TRUE, "velocity on a mesh of %ld x %ld x %ld cells, pressure on every second node", (long)cells[0], (long)cells[1], (long)cells[2]));
+  PetscCall(Say(part, PETSC_TRUE, "velocity on a mesh of %ld x %ld x %ld cells%s, pressure on every second node", (long)cells[0], (long)cells[1], (long)cells[2],
+                half ? ", of which x2 < 0 is the mirror image of the rest" : ""));
   PetscFunctionReturn(0);
 }
 

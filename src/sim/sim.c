@@ -33,6 +33,24 @@ PetscReal DLMSimulationCountOutputs(PetscReal steps, PetscInt every)
   return every > 0 ? 1.0 + PetscCeilReal(steps / every) : 0.0;
 }
 
+PetscErrorCode DLMSimulationSettle(DLMScene *scene)
+{
+  const char *const solvers[] = { "-stokes_ksp_type", "-stokes_pc_type", "-saddle_split" };
+  PetscReal         nodes, ghosts, bytes;
+  PetscBool         fits, exact = PETSC_FALSE, others = PETSC_FALSE, given;
+
+  PetscFunctionBeginUser;
+  if (scene->box_mirror != DLM_MIRROR_HALF || !scene->mirror_chosen) PetscFunctionReturn(0);
+  for (int i = 0; i < (scene->n_spheres ? 3 : 2); i++) {
+    PetscCall(PetscOptionsHasName(NULL, NULL, solvers[i], &given));
+    others = (PetscBool)(others || given);
+  }
+  PetscCall(DLMGridForesee(scene, &fits, &nodes, &ghosts));
+  if (fits) PetscCall(DLMStokesForeseePressureBlocks(scene, &bytes, &exact));
+  if (others || !exact) scene->box_mirror = DLM_MIRROR_WHOLE;
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode DLMSimulationCreate(const DLMScene *scene, DLMSimulation *sim)
 {
   PetscFunctionBeginUser;

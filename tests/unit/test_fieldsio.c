@@ -54,7 +54,7 @@ static void WriteField(DLMFieldFile file, const char *mesh, const char *name, co
       for (PetscInt i = s[0]; i < s[0] + w[0]; i++)
         for (PetscInt c = 0; c < dof; c++) a[k][j][i][c] = Value(n, i, j, k, c, time);
   Call(DMDAVecRestoreArrayDOF(da, v, &a));
-  Call(DLMFieldFileWriteVec(file, mesh, name, da, v));
+  Call(DLMFieldFileWriteVec(file, mesh, name, da, NULL, v));
   Call(VecDestroy(&v));
   Call(DMDestroy(&da));
 }
@@ -94,8 +94,8 @@ static int WriteStep(DLMFieldFile file, PetscInt step, double time)
 static void Open(PetscInt keep_through, DLMFieldFile *file)
 {
   Call(DLMFieldFileCreate(PETSC_COMM_WORLD, dir, keep_through, file));
-  Call(DLMFieldFileAddMesh(*file, "velocity", fine, origin, h, periodic, PETSC_FALSE));
-  Call(DLMFieldFileAddMesh(*file, "pressure", coarse, origin, h2, periodic, PETSC_FALSE));
+  Call(DLMFieldFileAddMesh(*file, "velocity", fine, origin, h, periodic));
+  Call(DLMFieldFileAddMesh(*file, "pressure", coarse, origin, h2, periodic));
 }
 
 /* Serial read of a whole dataset; asserts its shape, given without trailing zeros. */
@@ -276,9 +276,9 @@ static void NamesWhatIsWrong(void **state)
   Open(40, &file);
   MakeDA(other, 3, &da);
   Call(DMCreateGlobalVector(da, &v));
-  assert_int_equal(DLMFieldFileWriteVec(file, "velocity", "u", da, v), PETSC_ERR_ARG_SIZ);
+  assert_int_equal(DLMFieldFileWriteVec(file, "velocity", "u", da, NULL, v), PETSC_ERR_ARG_SIZ);
   assert_string_equal(message, "Field u has 7 nodes along x3, mesh velocity has 5");
-  assert_int_equal(DLMFieldFileWriteVec(file, "stress", "u", da, v), PETSC_ERR_ARG_WRONG);
+  assert_int_equal(DLMFieldFileWriteVec(file, "stress", "u", da, NULL, v), PETSC_ERR_ARG_WRONG);
   assert_string_equal(message, "Field u: no mesh named stress");
   Call(PetscPopErrorHandler());
   Call(VecDestroy(&v));
