@@ -87,33 +87,47 @@ static void MirrorVisit(DLMPolymer p, const DLMKuhnRow *row, PetscInt own, Petsc
     for (PetscInt x = 0; x < n; x++) p->r[k][ghost + x] *= 1.0 + DLMMirrorTensor[k];
 }
 
-/* How a cell of plane `cell` along x2 is cut: on a symmetric mesh that is whole, those of x2 < 0 in the mirror image of the others. */
-static int CutOf(DLMPolymer p, PetscInt cell)
+/* The cell lies in the lower half of an axis; one beyond a periodic face counts where its image is. */
+static PetscBool InLowerHalf(DLMPolymer p, int axis, PetscInt cell)
 {
-  const PetscInt n = p->grid->cells[1];
+  const PetscInt n = p->grid->cells[axis];
 
-  return !p->grid->symmetric || p->grid->half || (cell + n) % n >= n / 2 ? p->cut : p->cut ^ 2;
+  return (PetscBool)((cell + n) % n < n / 2);
+}
+
+/*
+  On a mesh that is its own mirror image in x2 the cut turns round at that plane. So that the mesh is also its own image under a point reflection, as a sphere in the middle needs,
+  it turns round at the middle of x3 as well, where the faces of the tetrahedra then do not match (V5).
+*/
+static int CutOf(DLMPolymer p, PetscInt j, PetscInt k)
+{
+  const PetscBool below = (PetscBool)(!p->grid->half && InLowerHalf(p, 1, j));
+
+  return p->grid->symmetric && below != InLowerHalf(p, 2, k) ? p->cut ^ 2 : p->cut;
 }
 
 static PetscErrorCode AddResidual(DLMPolymer p, double *const phi[6], PetscReal first, PetscReal second)
 {
-  const double *at[6], *u[3];
-  double       *r[6];
-  PetscInt      first_cell[3], last_cell[3];
+  PetscInt low[3], high[3];
 
   PetscFunctionBegin;
   PetscCall(DLMPolymerExchange(p, phi, p->t));
-  OwnCells(p, first_cell, last_cell);
-  for (int k = 0; k < 6; k++) PetscCall(PetscArrayzero(p->r[k], p->block.n_ghosted));
-  for (PetscInt j = first_cell[1], next; j <= last_cell[1]; j = next) {
-    const PetscInt base = CellBase(p, (PetscInt[3]){ first_cell[0], j, first_cell[2] });
-    for (next = j + 1; next <= last_cell[1] && CutOf(p, next) == CutOf(p, j); next++);
-    for (int k = 0; k < 6; k++) {
-      at[k] = p->t[k] + base;
-      r[k]  = p->r[k] + base;
+  OwnCells(p, low, high);
+  for (int m = 0; m < 6; m++) PetscCall(PetscArrayzero(p->r[m], p->block.n_ghosted));
+  for (PetscInt k = low[2], above; k <= high[2]; k = above) {
+    for (above = k + 1; above <= high[2] && CutOf(p, low[1], above) == CutOf(p, low[1], k); above++);
+    for (PetscInt j = low[1], next; j <= high[1]; j = next) {
+      const PetscInt base = CellBase(p, (PetscInt[3]){ low[0], j, k });
+      const double  *at[6], *u[3];
+      double        *r[6];
+      for (next = j + 1; next <= high[1] && CutOf(p, next, k) == CutOf(p, j, k); next++);
+      for (int m = 0; m < 6; m++) {
+        at[m] = p->t[m] + base;
+        r[m]  = p->r[m] + base;
+      }
+      for (int c = 0; c < 3; c++) u[c] = p->u[c] + base;
+      DLMAdvectCells((long[3]){ high[0] - low[0] + 1, next - j, above - k }, p->block.stride, p->grid->h, first, second, CutOf(p, j, k), u, at, r);
     }
-    for (int k = 0; k < 3; k++) u[k] = p->u[k] + base;
-    DLMAdvectCells((long[3]){ last_cell[0] - first_cell[0] + 1, next - j, last_cell[2] - first_cell[2] + 1 }, p->block.stride, p->grid->h, first, second, CutOf(p, j), u, at, r);
   }
   if (p->grid->half) DLMPolymerLines(p, MirrorVisit, NULL);
   PetscFunctionReturn(0);
