@@ -209,11 +209,14 @@ static PetscErrorCode Line(Setup *s, PetscReal r, PetscInt positions)
 
 static PetscErrorCode SetupCreate(PetscReal resolution, Setup *s)
 {
-  char text[32];
+  char      text[32];
+  PetscBool given;
 
   PetscFunctionBeginUser;
   PetscCall(PetscSNPrintf(text, sizeof(text), "%g", (double)resolution));
   PetscCall(PetscOptionsSetValue(NULL, "-grid_resolution", text));
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-box_mirror", &given));
+  if (!given) PetscCall(PetscOptionsSetValue(NULL, "-box_mirror", "none")); /* the spheres leave x2 = 0 */
   PetscCall(DLMSceneCreate(PETSC_COMM_WORLD, &s->scene));
   PetscCall(DLMGridCreate(s->scene, &s->grid));
   PetscCall(DLMStokesCreate(s->grid, s->scene, &s->stokes));

@@ -40,7 +40,6 @@ static PetscErrorCode MoveScene(DLMCheckpointFile *file, DLMSimulation sim)
   PetscFunctionBegin;
   PetscCall(MoveFact(file, s, "-box_size", "%.15g,%.15g,%.15g", (double)size[0], (double)size[1], (double)size[2]));
   PetscCall(MoveFact(file, s, "-box_periodic", "%d,%d,%d", s->box_periodic[0] != 0, s->box_periodic[1] != 0, s->box_periodic[2] != 0));
-  PetscCall(MoveFact(file, s, "-box_mirror", "%s", s->box_mirror == DLM_MIRROR_NONE ? "none" : "half or whole")); /* the same flow */
   PetscCall(MoveFact(file, s, "-grid_resolution", "%.15g", (double)s->grid_resolution));
   PetscCall(MoveFact(file, s, "-fluid_model", "%s", DLMFluidModels[s->fluid_model]));
   PetscCall(MoveFact(file, s, "-polymer_form", "%s", s->fluid_model ? DLMPolymerForms[s->polymer_form] : "none"));
@@ -59,6 +58,7 @@ static PetscErrorCode MoveScene(DLMCheckpointFile *file, DLMSimulation sim)
     DLMUserCheck(radius[i] == s->spheres[i].radius, s->comm, "radius %.15g of sphere %" PetscInt_FMT " cannot go on from -restart %s, which has %.15g; allowed: the same",
                  (double)s->spheres[i].radius, i, file->path, (double)radius[i]);
   PetscCall(PetscFree(radius));
+  PetscCall(MoveFact(file, s, "-box_mirror", "%s", s->box_mirror == DLM_MIRROR_NONE ? "none" : "half or whole")); /* the same flow */
   PetscFunctionReturn(0);
 }
 

@@ -51,11 +51,12 @@ static PetscErrorCode ForeseeFiles(DLMSimulation sim, PetscReal steps, Files *fi
 {
   const DLMScene *scene   = sim->whole;
   const PetscBool polymer = (PetscBool)(sim->polymer != NULL);
-  PetscReal       nodes, ghosts;
+  PetscReal       nodes, ghosts, all = 1.0; /* all: of the whole box, which files hold */
   PetscInt        order;
 
   PetscFunctionBegin;
   PetscCall(PetscMemzero(files, sizeof(*files)));
+  for (int d = 0; d < 3; d++) all *= scene->cells[d] + !scene->box_periodic[d];
   PetscCall(DLMGridForesee(scene, NULL, &nodes, &ghosts));
   PetscCall(DLMSplitGetScheme(sim->ts, NULL, &order));
   if (sim->part[DLM_PART_TRAJECTORY].built) files->trajectory = trajectory_row * scene->n_spheres * DLMSimulationCountOutputs(steps, scene->output_every);
@@ -63,11 +64,11 @@ static PetscErrorCode ForeseeFiles(DLMSimulation sim, PetscReal steps, Files *fi
   if (sim->part[DLM_PART_FIELDS].built) {
     PetscCall(DLMFieldsGetBytes(sim, &files->fields));
     files->fields *= DLMSimulationCountOutputs(steps, scene->output_fields_every);
-    files->passing = 8.0 * nodes * fields_passing[polymer];
+    files->passing = 8.0 * (nodes * fields_passing[polymer] + (nodes < all ? all * (polymer ? 6.0 : 3.0) : 0.0));
   }
   if (sim->part[DLM_PART_CHECKPOINTS].built) { /* u, p; C; two forces and a rate, if forces are extrapolated */
-    files->checkpoint = 8.0 * nodes * (3.0 + 0.125 + (polymer ? 6.0 + (order == 2 ? 12.0 : 0.0) : 0.0)) + 8.0 * 34.0 * scene->n_spheres + 20e3;
-    files->passing    = PetscMax(files->passing, 8.0 * nodes * checkpoint_passing[polymer]);
+    files->checkpoint = 8.0 * all * (3.0 + 0.125 + (polymer ? 6.0 + (order == 2 ? 12.0 : 0.0) : 0.0)) + 8.0 * 34.0 * scene->n_spheres + 20e3;
+    files->passing    = PetscMax(files->passing, 8.0 * nodes * checkpoint_passing[polymer] + (nodes < all ? files->checkpoint : 0.0));
   }
   PetscFunctionReturn(0);
 }
