@@ -12,8 +12,8 @@
 typedef struct _p_DLMSimulation *DLMSimulation;
 
 /*
-  DLMSimulationSettle - takes the whole box where the scene's check chose half of it but this run's solvers, ranks or limits need all: other solvers than the program's, more
-  ranks than half a mesh feeds, blocks over -stokes_block_limit. Call before the others. Collective.
+  DLMSimulationSettle - takes the whole box where the scene's check chose half of it but this run needs all: other solvers than the program's, more ranks than half a mesh
+  feeds, blocks over -stokes_block_limit; refuses these where the user asked for half. Call before the others. Collective.
 */
 PETSC_EXTERN PetscErrorCode DLMSimulationSettle(DLMScene *scene);
 /* scene must outlive it. Builds only what the scene needs. Collective on scene->comm. */

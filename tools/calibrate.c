@@ -67,11 +67,20 @@ typedef struct {
   DLMStokes stokes;
 } Setup;
 
+/* Where a sphere stays in x2 = 0, force and torque act in that mirror, as the shear does: each is solved for alone. */
+static PetscBool InMirror(const Setup *s)
+{
+  return (PetscBool)(s->scene->box_mirror == DLM_MIRROR_HALF);
+}
+
 /* Effective radii from drag, torque and stresslet of one sphere, in h. */
 static PetscErrorCode Measure(Setup *s, PetscReal radius[MOMENTS], PetscInt *iterations)
 {
   DLMSphereSpec  *spec = &s->scene->spheres[0];
-  const PetscReal mu = s->scene->fluid_viscosity, a = spec->radius;
+  const int       f = InMirror(s) ? 0 : 1, t = f + 1; /* axes of force and torque */
+  const DLMInertia inertia = { 0.0, 0.0, 0.0 };
+  const PetscReal mu = s->scene->fluid_viscosity, a = spec->radius, none[3] = { 0.0, 0.0, 0.0 };
+  PetscReal       velocity, omega;
   DLMSpheres      spheres;
   DLMPairing      pairing;
   DLMSaddle       saddle;
@@ -82,12 +91,21 @@ static PetscErrorCode Measure(Setup *s, PetscReal radius[MOMENTS], PetscInt *ite
   PetscCall(DLMSpheresCreate(s->grid, s->scene, &spheres));
   PetscCall(DLMPairingCreate(spheres, s->scene, &pairing));
   PetscCall(DLMSaddleCreate(s->stokes, spheres, pairing, s->scene, &saddle));
-  PetscCall(DLMSaddleSolve(saddle, (DLMInertia){ 0.0, 0.0, 0.0 }, spec->force, spec->torque, NULL));
   PetscCall(DLMSpheresGetStates(spheres, NULL, &state));
+  PetscCall(DLMSaddleSolve(saddle, inertia, InMirror(s) ? none : spec->force, InMirror(s) ? none : spec->torque, NULL));
+  velocity = state->velocity[f];
+  omega    = state->omega[t];
+  if (InMirror(s)) {
+    PetscCall(DLMSaddleSolve(saddle, inertia, spec->force, none, NULL));
+    velocity = state->velocity[f] - velocity;
+    PetscCall(DLMSaddleSolve(saddle, inertia, none, spec->torque, NULL));
+    omega = state->omega[t] - omega;
+    PetscCall(DLMSaddleSolve(saddle, inertia, none, none, NULL));
+  }
   PetscCall(DLMSaddleGetWork(saddle, &work));
   *iterations       = work.last_iterations;
-  radius[DRAG]      = 1.0 / (6.0 * PETSC_PI * mu * state->velocity[1] / spec->force[1] - DragImages(a));
-  radius[TORQUE]    = PetscPowReal(8.0 * PETSC_PI * mu * state->omega[2] / spec->torque[2] - torque_images, -1.0 / 3.0);
+  radius[DRAG]      = 1.0 / (6.0 * PETSC_PI * mu * velocity / spec->force[f] - DragImages(a));
+  radius[TORQUE]    = PetscPowReal(8.0 * PETSC_PI * mu * omega / spec->torque[t] - torque_images, -1.0 / 3.0);
   radius[STRESSLET] = PetscPowReal(PetscAbsReal(state->stresslet[4]) / (10.0 / 3.0 * PETSC_PI * mu * (1.0 + stresslet_images * a * a * a)), 1.0 / 3.0);
   for (int k = 0; k < MOMENTS; k++) radius[k] /= s->scene->h;
   PetscCall(DLMSaddleDestroy(&saddle));
@@ -106,12 +124,12 @@ static PetscErrorCode PrintChoice(MPI_Comm comm, PetscReal value)
 }
 
 /* Force and torque that move the surface as fast as the shear (of rate 1) moves the fluid there. */
-static void LoadLikeShear(PetscReal mu, DLMSphereSpec *spec)
+static void LoadLikeShear(PetscReal mu, int axis, DLMSphereSpec *spec)
 {
   const PetscReal a = spec->radius;
 
-  spec->force[1]  = 6.0 * PETSC_PI * mu * a * a;
-  spec->torque[2] = 8.0 * PETSC_PI * mu * a * a * a;
+  spec->force[axis]      = 6.0 * PETSC_PI * mu * a * a;
+  spec->torque[axis + 1] = 8.0 * PETSC_PI * mu * a * a * a;
 }
 
 static void SetCover(DLMScene *scene, const Plan *plan)
@@ -138,11 +156,12 @@ static PetscErrorCode Sweep(Setup *s, PetscReal r, PetscInt positions, Spread *s
   PetscFunctionBeginUser;
   *spread                  = (Spread){ .iterations = 0.0 };
   scene->spheres[0].radius = r * scene->h;
-  LoadLikeShear(scene->fluid_viscosity, &scene->spheres[0]);
+  LoadLikeShear(scene->fluid_viscosity, InMirror(s) ? 0 : 1, &scene->spheres[0]);
   for (PetscInt p = 0; p < positions; p++) {
     PetscReal radius[MOMENTS];
     PetscInt  its;
     for (int d = 0; d < 3; d++) scene->spheres[0].center[d] = 2.0 * scene->h * ((p + 1) * golden[d] - PetscFloorReal((p + 1) * golden[d]));
+    if (InMirror(s)) scene->spheres[0].center[1] = 0.0;
     PetscCall(Measure(s, radius, &its));
     spread->iterations += (PetscReal)its / positions;
     for (int k = 0; k < MOMENTS; k++) {

@@ -35,19 +35,30 @@ PetscReal DLMSimulationCountOutputs(PetscReal steps, PetscInt every)
 
 PetscErrorCode DLMSimulationSettle(DLMScene *scene)
 {
-  const char *const solvers[] = { "-stokes_ksp_type", "-stokes_pc_type", "-saddle_split" };
-  PetscReal         nodes, ghosts, bytes;
-  PetscBool         fits, exact = PETSC_FALSE, others = PETSC_FALSE, given;
+  static const struct {
+    const char *key, *own;
+  } solvers[] = { { "-stokes_ksp_type", KSPPREONLY }, { "-stokes_pc_type", PCDLMSTOKES }, { "-saddle_split", "fluid" } };
+  const PetscBool asked = (PetscBool)!scene->mirror_chosen;
+  PetscReal       nodes, ghosts, bytes;
+  PetscBool       fits, exact, given, same;
 
   PetscFunctionBeginUser;
-  if (scene->box_mirror != DLM_MIRROR_HALF || !scene->mirror_chosen) PetscFunctionReturn(0);
+  if (scene->box_mirror != DLM_MIRROR_HALF) PetscFunctionReturn(0);
   for (int i = 0; i < (scene->n_spheres ? 3 : 2); i++) {
-    PetscCall(PetscOptionsHasName(NULL, NULL, solvers[i], &given));
-    others = (PetscBool)(others || given);
+    char type[64] = "";
+    PetscCall(PetscOptionsGetString(NULL, NULL, solvers[i].key, type, sizeof(type), &given));
+    PetscCall(PetscStrcmp(type, solvers[i].own, &same));
+    if (!given || same) continue;
+    DLMUserCheck(!asked, scene->comm, "-box_mirror half with %s %s; allowed: %s, which can do it, or -box_mirror auto", solvers[i].key, type, solvers[i].own);
+    scene->box_mirror = DLM_MIRROR_WHOLE;
   }
-  PetscCall(DLMGridForesee(scene, &fits, &nodes, &ghosts));
-  if (fits) PetscCall(DLMStokesForeseePressureBlocks(scene, &bytes, &exact));
-  if (others || !exact) scene->box_mirror = DLM_MIRROR_WHOLE;
+  PetscCall(DLMGridForesee(scene, asked ? NULL : &fits, &nodes, &ghosts));
+  if (!asked && !fits) scene->box_mirror = DLM_MIRROR_WHOLE;
+  if (scene->box_mirror == DLM_MIRROR_WHOLE) PetscFunctionReturn(0);
+  PetscCall(DLMStokesForeseePressureBlocks(scene, &bytes, &exact));
+  DLMUserCheck(exact || !asked, scene->comm, "-box_mirror half with -stokes_block_limit %.6g MiB, too little for the exact pressure solve, without which it cannot be; allowed: more, or -box_mirror auto",
+               (double)scene->stokes_block_limit);
+  if (!exact) scene->box_mirror = DLM_MIRROR_WHOLE;
   PetscFunctionReturn(0);
 }
 

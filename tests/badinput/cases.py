@@ -111,6 +111,16 @@ CASES = [
     ("-box_size 1,1,0.5 -grid_resolution 8 -grid_processes 0,0,2", {}, r"-grid_processes 2 along x3: the mesh has 4 cells there; allowed: up to 1", 2),
     ("-box_size 0.5,0.5,0.5 -grid_resolution 8", {}, r"-grid_processes 0,0,0 \(0: chosen\): 2 ranks cannot share a mesh of 4 x 4 x 4 cells so; allowed: factors of 2 .* or fewer ranks", 2),
     ("-box_periodic 1,0,0 -stokes_pc_type dlmstokes", {}, r"-stokes_pc_type dlmstokes needs two periodic axes and .*; allowed here: fieldsplit"),
+    # half of the box
+    (SPHERE + " -box_mirror half -gravity 1,0.5,0", {}, r"-box_mirror half: gravity, .* along x2; allowed: none of them, or -box_mirror auto"),
+    ("-box_mirror half -sphere_centers 0,0.01,0", {}, r"-box_mirror half: sphere 0 at x2 = 0\.01; allowed: x2 = 0, .*, or -box_mirror auto"),
+    ("-box_mirror half -box_periodic 1,0,1", {}, r"-box_mirror half: -box_periodic 1,0,1; allowed: x2 and one more axis periodic, or"),
+    (SPHERE + " -box_mirror half -pairing_points volume", {}, r"-box_mirror half: -pairing_type immersed, -pairing_points volume, .*; allowed: immersed, surface and harmonics"),
+    ("-box_mirror half -box_size 1,1.25,1", {}, r"-box_mirror half: 30 cells along x2; allowed: a multiple of 4"),
+    (SPHERE + " -box_mirror half -stokes_pc_type fieldsplit -stokes_ksp_type gmres", {}, r"-box_mirror half with -stokes_ksp_type gmres; allowed: preonly, which can do it, or -box_mirror auto"),
+    (SPHERE + " -box_mirror half -saddle_split velocity", {}, r"-box_mirror half with -saddle_split velocity; allowed: fluid, .*, or -box_mirror auto"),
+    ("-box_mirror half -stokes_block_limit 0", {}, r"-box_mirror half with -stokes_block_limit 0 MiB, .*; allowed: more, or -box_mirror auto"),
+    ("-box_mirror half -box_size 1,0.5,0.5 -grid_resolution 16", {}, r"-grid_processes 0,0,0 \(0: chosen\): 7 ranks cannot share a mesh of 16 x 4 x 8 cells so; allowed", 7),
     # walls
     ("-wall_velocity_x1_upper 1,0,0", {}, r"-wall_velocity_x1_upper 1,0,0: x1 is periodic and has no walls; allowed: 0,0,0"),
     ("-wall_velocity_x2_lower 0,0,1", {}, r"-wall_velocity_x2_lower 0,0,1: x2 is periodic"),

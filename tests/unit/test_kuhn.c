@@ -281,10 +281,77 @@ static void InterpolationIsTheBasis(void **state)
   }
 }
 
+/* Rows of the symmetric divergence: their own images in x2, exact on linear fields, and the mean of the cut's and its image's. */
+static void SymmetricDivergenceIsItsOwnImage(void **state)
+{
+  int    place[3], node[3], opposite[3];
+  double row[3][125], image[3][125], cut[3][125], other[3][125];
+
+  for (int p = 0; p < 27; p++) {
+    GetPlace(p, place, node);
+    for (int d = 0; d < 3; d++) opposite[d] = d == 1 ? 2 - place[d] : place[d];
+    DLMKuhnDivergence(place, 1, row);
+    DLMKuhnDivergence(opposite, 1, image);
+    DLMKuhnDivergence(place, 0, cut);
+    DLMKuhnDivergence(opposite, 0, other);
+    for (int j = 0; j < 3; j++)
+      for (int o = 0; o < 125; o++) {
+        const int    x = o % 5, y = o / 5 % 5, z = o / 25, m = x + 5 * (4 - y) + 25 * z;
+        const double sign = j == 1 ? -1.0 : 1.0;
+        AssertNear(row[j][o], sign * image[j][m], 1e-15);
+        AssertNear(row[j][o], 0.5 * (cut[j][o] + sign * other[j][m]), 1e-15);
+      }
+  }
+}
+
+/* Least eigenvalue of B A^-1 B^T against the pressure mass over mu in a periodic box of n^3 pressure cells, by its symbol (docs/theory.md, G6). */
+static double LeastEigenvalue(int n, int symmetric)
+{
+  const int inner[3] = { DLM_INNER, DLM_INNER, DLM_INNER };
+  double    row[3][125], mass[27], least = 1e300;
+
+  DLMKuhnDivergence(inner, symmetric, row);
+  DLMKuhnMass(inner, mass);
+  for (int k = 1; k < n * n * n; k++) {
+    const int mode[3] = { k % n, k / n % n, k / n / n };
+    double    schur = 0.0, weight = 0.0;
+    for (int alias = 0; alias < 8; alias++) {
+      double theta[3], stiffness = 6.0, b[3][2] = { { 0.0 } };
+      for (int d = 0; d < 3; d++) {
+        theta[d] = M_PI * (mode[d] + n * ((alias >> d) & 1)) / n;
+        stiffness -= 2.0 * cos(theta[d]);
+      }
+      for (int o = 0; o < 125; o++) {
+        const double phase = theta[0] * (o % 5 - 2) + theta[1] * (o / 5 % 5 - 2) + theta[2] * (o / 25 - 2);
+        for (int j = 0; j < 3; j++) {
+          b[j][0] += row[j][o] * cos(phase);
+          b[j][1] += row[j][o] * sin(phase);
+        }
+      }
+      for (int j = 0; j < 3; j++) schur += (b[j][0] * b[j][0] + b[j][1] * b[j][1]) / (8.0 * stiffness);
+    }
+    for (int o = 0; o < 27; o++) weight += 8.0 * mass[o] * cos(2.0 * M_PI / n * (mode[0] * (o % 3 - 1) + mode[1] * (o / 3 % 3 - 1) + mode[2] * (o / 9 - 1)));
+    least = fmin(least, schur / weight);
+  }
+  return least;
+}
+
+static void ThePressureIsStable(void **state)
+{
+  for (int symmetric = 0; symmetric < 2; symmetric++) {
+    const double coarse = LeastEigenvalue(8, symmetric), fine = LeastEigenvalue(16, symmetric);
+    print_message("%s: least eigenvalue %.4f and %.4f\n", symmetric ? "symmetric" : "Kuhn's cut", coarse, fine);
+    assert_true(coarse > 0.3 && fine > 0.3);
+    AssertNear(fine / coarse, 1.0, 0.1);
+  }
+}
+
 static const struct CMUnitTest tests[] = {
   cmocka_unit_test(CubeListsTheSixTetrahedra),
   cmocka_unit_test(RowsEqualQuadrature),
   cmocka_unit_test(DivergenceIsTransferredDerivative),
+  cmocka_unit_test(SymmetricDivergenceIsItsOwnImage),
+  cmocka_unit_test(ThePressureIsStable),
   cmocka_unit_test(StiffnessIsSevenPoint),
   cmocka_unit_test(LinearFieldsAreExact),
   cmocka_unit_test(TransferIsTheCoarseBasis),

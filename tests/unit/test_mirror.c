@@ -134,7 +134,68 @@ static void HalfFlowsAsTheWhole(void **state)
     for (int layout = 0; Layout(layout, processes); layout++) CheckPair(cells[k], periodic[k], processes);
 }
 
+static void GhostsAreImages(void **state)
+{
+  PetscInt processes[3];
+
+  for (int layout = 0; Layout(layout, processes); layout++) {
+    Pair     pair;
+    DLMGrid  grid;
+    Vec      u, local;
+    PetscInt start[3], width[3], images = 0;
+    double   worst = 0.0, ****x;
+    OpenPair((PetscInt[3]){ 16, 40, 16 }, 3, processes, &pair);
+    grid = pair.half.grid;
+    Call(DMCreateGlobalVector(grid->velocity, &u));
+    Call(DMCreateLocalVector(grid->velocity, &local));
+    FillSymmetric(&pair.half, grid->velocity, 3, u);
+    Call(DLMGridGlobalToLocal(grid, grid->velocity, DLMMirrorVector, u, local));
+    Call(DMDAGetGhostCorners(grid->velocity, &start[0], &start[1], &start[2], &width[0], &width[1], &width[2]));
+    Call(DMDAVecGetArrayDOFRead(grid->velocity, local, &x));
+    for (PetscInt k = start[2]; k < start[2] + width[2]; k++)
+      for (PetscInt j = start[1]; j < start[1] + width[1]; j++)
+        for (PetscInt i = start[0]; i < start[0] + width[0]; i++)
+          for (int c = 0; c < 3; c++) {
+            PetscBool      image;
+            const PetscInt fold    = DLMGridFold(grid, 1, grid->cells[1], j, &image);
+            const double   value   = SymmetricValue((PetscInt[3]){ (i + 16) % 16, fold, k }, c, &(Symmetric){ grid, 3, 40, DLMMirrorVector });
+            images += image;
+            worst = fmax(worst, fabs(x[k][j][i][c] - (image ? DLMMirrorVector[c] : 1.0) * value));
+          }
+    Call(DMDAVecRestoreArrayDOFRead(grid->velocity, local, &x));
+    AssertAtMost(worst, 0.0);
+    MPI_Allreduce(MPI_IN_PLACE, &images, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD);
+    assert_true(images > 0);
+    Call(VecDestroy(&u));
+    Call(VecDestroy(&local));
+    ClosePair(&pair);
+  }
+}
+
+static void OtherSolversAreRefused(void **state)
+{
+  StokesCase     c;
+  Vec            x, u, p, f;
+  PetscErrorCode error;
+
+  MakeScene(PETSC_COMM_WORLD, (PetscInt[3]){ 16, 40, 16 }, 3, &c.scene);
+  c.scene.box_mirror = DLM_MIRROR_HALF;
+  CreateStokes("", &c);
+  Call(DLMStokesCreateVec(c.stokes, &x));
+  Call(DLMStokesGetParts(c.stokes, x, &u, &p));
+  Call(VecDuplicate(u, &f));
+  CallKeepingMessage(error, MatMultTranspose(c.B, p, f));
+  AssertAll(error == PETSC_ERR_USER_INPUT);
+  AssertAll(strstr(last_message, "-box_mirror half with another solver"));
+  Call(VecDestroy(&f));
+  Call(DLMStokesRestoreParts(c.stokes, x, &u, &p));
+  Call(VecDestroy(&x));
+  DestroyStokes(&c);
+}
+
 static const struct CMUnitTest tests[] = {
+  cmocka_unit_test(GhostsAreImages),
+  cmocka_unit_test(OtherSolversAreRefused),
   cmocka_unit_test(HalfFlowsAsTheWhole),
 };
 
