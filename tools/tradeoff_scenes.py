@@ -12,6 +12,7 @@ NEWTONIAN_KNOBS = ("-ts_split_scheme lie", "-saddle_rtol 1e-3", "-saddle_rtol 1e
                    "-pairing_type collocation -pairing_retraction 0", "-pairing_degree 0", "-pairing_retraction 0", "-pairing_points volume", "-sphere_inertia 0")
 POLYMER_KNOBS = ("-ts_split_scheme lie", "-saddle_rtol 1e-4", "-pairing_type collocation -pairing_degree 0", "-pairing_degree 0", "-pairing_retraction 0",
                  "-pairing_points volume", "-polymer_form log", "-polymer_inside extend", "-polymer_inside evolve", "-polymer_inside identity", "-polymer_stress_offset 0", "-sphere_inertia 0")
+MIRRORS = tuple(f"-grid_resolution {n} -ts_dt 0.2 -box_mirror {mirror}" for n in (24, 32) for mirror in ("whole", "none"))  # of scenes that are computed on half of the box
 STOKES_KNOBS = tuple(knob.replace("extend", "stokes") for knob in POLYMER_KNOBS)  # where extend is the rule that a scene gets
 
 
@@ -136,11 +137,11 @@ SCENES = {scene.name: scene for scene in (
     Scene("rotation_wi1", "rotation, Oldroyd-B, Wi = 1", TURN + " -fluid_relaxation_time 1", 10.0, 1.0, turning, [0.3780], relative, (16, 24, 32, 48),
           (0.2,), (24, 0.2), STOKES_KNOBS, more=("-grid_resolution 24 -ts_dt 0.1", "-grid_resolution 24 -ts_dt 0.05"), thesis_error_step=0.025, thesis_cost_of="rotation_wi05", polymer=True),
     Scene("pair", "pair that passes, Newtonian, D = 1", PAIR + MEETING.format(0.1), 8.0, 1.0, lambda rows: at(rows, (2, 4, 6, 8)), PATH, apart, (16, 24, 32, 48),
-          (0.2,), (24, 0.2), NEWTONIAN_KNOBS, more=("-grid_resolution 24 -ts_dt 0.1", "-grid_resolution 24 -ts_dt 0.05", "-grid_resolution 24 -ts_dt 0.2 -lubrication false", "-grid_resolution 32 -ts_dt 0.2 -lubrication false", "-grid_resolution 26 -ts_dt 0.2"),
+          (0.2,), (24, 0.2), NEWTONIAN_KNOBS, more=("-grid_resolution 24 -ts_dt 0.1", "-grid_resolution 24 -ts_dt 0.05", "-grid_resolution 24 -ts_dt 0.2 -lubrication false", "-grid_resolution 32 -ts_dt 0.2 -lubrication false", "-grid_resolution 26 -ts_dt 0.2", *MIRRORS),
           thesis_steps=2, thesis_error_step=0.2, thesis_error_scheme="strang"),
     Scene("pair_wi05", "pair that passes, Oldroyd-B, D = 1, Wi = 0.5", PAIR + MEETING.format(0.1) + " -fluid_model oldroyd_b -fluid_relaxation_time 0.5", 6.0, 1.0,
           lambda rows: at(rows, (2, 4, 6)), None, apart, (16, 24, 32), (0.2,), (24, 0.2), STOKES_KNOBS,
-          more=("-grid_resolution 24 -ts_dt 0.1", "-grid_resolution 24 -ts_dt 0.05", "-grid_resolution 32 -ts_dt 0.1", "-grid_resolution 48 -ts_dt 0.1", "-grid_resolution 32 -ts_dt 0.025", "-grid_resolution 48 -ts_dt 0.025"), thesis_error_step=0.01, thesis_cost_of="pair", polymer=True),
+          more=("-grid_resolution 24 -ts_dt 0.1", "-grid_resolution 24 -ts_dt 0.05", "-grid_resolution 32 -ts_dt 0.1", "-grid_resolution 48 -ts_dt 0.1", "-grid_resolution 32 -ts_dt 0.025", "-grid_resolution 48 -ts_dt 0.025", *MIRRORS), thesis_error_step=0.01, thesis_cost_of="pair", polymer=True),
     Scene("pair_close", "pair that passes closely, Newtonian, D = 0.5", PAIR + MEETING.format(0.05), 24.0, 1.0, passing, [10.937, 21.874], relative, (16, 24, 32),
-          (0.2,), (24, 0.2), NEWTONIAN_KNOBS[:1], more=("-grid_resolution 24 -ts_dt 0.1", "-grid_resolution 32 -ts_dt 0.2 -lubrication false"), thesis_error_step=0.2, thesis_error_scheme="strang", thesis_error_mesh=32, thesis_cost_of="pair"),
+          (0.2,), (24, 0.2), NEWTONIAN_KNOBS[:1], more=("-grid_resolution 24 -ts_dt 0.1", "-grid_resolution 32 -ts_dt 0.2 -lubrication false", *MIRRORS), thesis_error_step=0.2, thesis_error_scheme="strang", thesis_error_mesh=32, thesis_cost_of="pair"),
 )}

@@ -22,7 +22,7 @@ struct _p_DLMGrid {
 /* A DMDA on the velocity nodes, shared over the ranks as they are. Collective. */
 PETSC_INTERN PetscErrorCode DLMGridCreateDM(DLMGrid grid, PetscInt dof, DMDAStencilType stencil, PetscInt width, DM *dm);
 
-/* Every field along x2, and the sign of a velocity's and a symmetric tensor's (11, 22, 33, 12, 13, 23) components in the mirror. */
+/* Signs in the mirror: of a scalar, of the components of a velocity and of a symmetric tensor (11, 22, 33, 12, 13, 23). */
 static const PetscReal DLMMirrorScalar[1] = { 1.0 }, DLMMirrorVector[3] = { 1.0, -1.0, 1.0 }, DLMMirrorTensor[6] = { 1.0, 1.0, 1.0, -1.0, 1.0, -1.0 };
 
 /*

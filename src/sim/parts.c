@@ -38,12 +38,12 @@ static void Take(DLMSimulation sim, DLMPart from, DLMPartRecord *part, PetscReal
 static PetscErrorCode Grid(DLMSimulation sim, DLMPartRecord *part)
 {
   const PetscInt *cells = sim->whole->cells;
-  const PetscBool half  = (PetscBool)(sim->whole->box_mirror == DLM_MIRROR_HALF);
+  static const char *const symmetric[] = { [DLM_MIRROR_NONE] = "", [DLM_MIRROR_WHOLE] = ", symmetric in x2", [DLM_MIRROR_HALF] = ", of which x2 < 0 is the mirror image of the rest" };
 
   PetscFunctionBegin;
   PetscCall(DLMGridCreate(&sim->riding, &sim->grid));
   PetscCall(Say(part, PETSC_TRUE, "velocity on a mesh of %ld x %ld x %ld cells%s, pressure on every second node", (long)cells[0], (long)cells[1], (long)cells[2],
-                half ? ", of which x2 < 0 is the mirror image of the rest" : ""));
+                symmetric[sim->whole->box_mirror]));
   PetscFunctionReturn(0);
 }
 
