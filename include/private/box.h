@@ -36,6 +36,8 @@ static inline PetscReal DLMBoxBlockBytes(PetscInt levels)
 /* limit: most MiB of Schur blocks on a rank. Collective. */
 PETSC_INTERN PetscErrorCode DLMBoxCreate(DLMGrid grid, PetscReal viscosity, PetscReal limit, DLMBox **box);
 PETSC_INTERN PetscErrorCode DLMBoxDestroy(DLMBox **box);
+/* In half a box: what follows is done for fields that are the negatives of their mirror images, or (false) again for their own images. Not collective. */
+PETSC_INTERN void DLMBoxTurn(DLMBox *box, PetscBool turned);
 /* u <- A^-1 f on the unknown nodes (wall nodes of u are left alone). Arrays: local parts of global vectors. Collective. */
 PETSC_INTERN PetscErrorCode DLMBoxSolveVelocity(DLMBox *box, const PetscScalar *f, PetscScalar *u);
 /* p <- (B A^-1 B^T)^-1 b on zero-mean pressures. Needs box->pressure. Collective. */

@@ -26,6 +26,7 @@ typedef struct {
   PetscInt     cells[3];                /* cells of this field's mesh */
   PetscBool    is_complex;              /* both plane axes periodic */
   PetscBool    half;                    /* the slow axis lies between mirrors */
+  PetscBool    turned;                  /* half: the fields are not their own mirror images but the negatives of them, so sines and cosines change places */
   PetscInt     row;                     /* doubles in a modal row, a multiple of 4; the padding is zero */
   PetscInt     plane_size;              /* doubles in one component of a plane, a multiple of 4 */
   PetscInt     n_rows;                  /* rows of this rank */

@@ -428,9 +428,7 @@ static void ExpandBlock(const DLMBlock *b, PetscReal *x)
   BLASgemv_("N", &n, &m, &one, b->Y, &n, x + b->n, &unit, &minus, x, &unit);
 }
 
-/*
-  Half a box knows nothing of multipliers that the mirror turns round: they are none in the right-hand side, and stay none (B11).
-*/
+/* Half a box knows nothing of multipliers that the mirror turns round: there are none in the right-hand side, and stay none (B11). */
 static PetscErrorCode SymmetriseBlock(const DLMBlocks *blocks, const DLMBlock *b, PetscReal *x)
 {
   DLMCover cover;

@@ -56,53 +56,6 @@ static void Symmetrise(DLMResponse *r)
       }
 }
 
-/* The mean of a response a and the mirror image in x2 of that at the mirrored offset, b, in both. */
-static void MeanOfImages(PetscReal *a, PetscReal *b)
-{
-  for (int v = 0; v < 3; v++)
-    for (int c = 0; c < 3; c++) {
-      const PetscReal sign = DLMMirrorVector[v] * DLMMirrorVector[c], mean = 0.5 * (a[3 * v + c] + sign * b[3 * v + c]);
-      a[3 * v + c]         = mean;
-      b[3 * v + c]         = sign * mean;
-    }
-}
-
-/* The near tables as Symmetrise has the far one: the source at the other end has the parity of that place. */
-static void SymmetriseNear(DLMResponse *r)
-{
-  PetscInt o[3];
-
-  for (PetscInt parity = 0; parity < 8; parity++)
-    for (o[2] = -r->near; o[2] <= r->near; o[2]++)
-      for (o[1] = -r->near; o[1] <= r->near; o[1]++)
-        for (o[0] = -r->near; o[0] <= r->near; o[0]++) {
-          const PetscInt m[3] = { -o[0], -o[1], -o[2] }, other = parity ^ ((o[0] & 1) + 2 * (o[1] & 1) + 4 * (o[2] & 1));
-          PetscReal     *a = DLMResponseNear(r, parity, o), *b = DLMResponseNear(r, other, m);
-          for (int v = 0; v < 3; v++)
-            for (int c = 0; c < 3; c++) a[3 * v + c] = b[3 * c + v] = 0.5 * (a[3 * v + c] + b[3 * c + v]);
-        }
-}
-
-/*
-  In half a box a source feels its image, and the responses lose symmetries that those in the middle of a whole box have. Blocks must not mix symmetric with
-  antisymmetric multipliers, of which the fluid knows nothing (B11).
-*/
-static void Mirror(DLMResponse *r)
-{
-  PetscInt o[3];
-
-  SymmetriseNear(r);
-
-  for (o[2] = -r->far; o[2] <= r->far; o[2]++)
-    for (o[1] = 0; o[1] <= r->far; o[1]++)
-      for (o[0] = -r->far; o[0] <= r->far; o[0]++) {
-        const PetscInt  m[3] = { o[0], -o[1], o[2] };
-        const PetscBool near = (PetscBool)(PetscAbsInt(o[0]) <= r->near && o[1] <= r->near && PetscAbsInt(o[2]) <= r->near);
-        MeanOfImages(DLMResponseFar(r, r->far_table, o), DLMResponseFar(r, r->far_table, m));
-        for (PetscInt parity = 0; near && parity < 8; parity++) MeanOfImages(DLMResponseNear(r, parity, o), DLMResponseNear(r, parity, m));
-      }
-}
-
 /* The far table seen through a delta that sits on a node: weights 1/4, 1/2, 1/4 on each axis. */
 static void Smooth(DLMResponse *r)
 {
@@ -134,6 +87,33 @@ PetscReal DLMResponseBytes(PetscInt far)
   return 9.0 * sizeof(PetscReal) * (8.0 * Cube(near_reach) + 2.0 * Cube(PetscMax(far, near_reach)));
 }
 
+/*
+  The velocity at the nodes of a box. Half a box answers an impulse together with its mirror image, or, turned, with the negative of that: the mean of the two answers is that of the
+  impulse alone.
+*/
+static PetscErrorCode Respond(DLMStokes stokes, PetscSF sf, const DLMNodeBox *box, Vec rhs, Vec x, PetscBool turned, PetscScalar *values)
+{
+  DLMGrid            grid = stokes->grid;
+  const PetscScalar *u;
+  MPI_Datatype       node;
+
+  PetscFunctionBeginUser;
+  PetscCall(DLMNodeType(&node));
+  DLMBoxTurn(stokes->box, turned);
+  PetscCall(DLMStokesSolve(stokes, rhs, x));
+  DLMBoxTurn(stokes->box, PETSC_FALSE);
+  PetscCall(VecGetArrayRead(x, &u));
+  PetscCall(PetscSFBcastBegin(sf, node, u, values, MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(sf, node, u, values, MPI_REPLACE));
+  PetscCall(VecRestoreArrayRead(x, &u));
+  for (PetscInt l = 0; l < box->width[0] * box->width[1] * box->width[2] && grid->half; l++) {
+    PetscBool image;
+    (void)DLMGridFold(grid, 1, grid->cells[1], box->low[1] + l / box->width[0] % box->width[1], &image);
+    for (int c = 0; c < 3 && image; c++) values[3 * l + c] *= turned ? -DLMMirrorVector[c] : DLMMirrorVector[c];
+  }
+  PetscFunctionReturn(0);
+}
+
 static PetscErrorCode Create(DLMStokes stokes, PetscInt far, DLMResponse **new_response)
 {
   DLMGrid      grid = stokes->grid;
@@ -141,9 +121,8 @@ static PetscErrorCode Create(DLMStokes stokes, PetscInt far, DLMResponse **new_r
   DLMNodeBox   box = { .start = 0 };
   PetscInt     base[3], leaves = 1;
   PetscSF      sf;
-  MPI_Datatype node;
   Vec          rhs, x;
-  PetscScalar *values;
+  PetscScalar *values, *turned;
   PetscReal    rtol;
 
   PetscFunctionBeginUser;
@@ -155,38 +134,35 @@ static PetscErrorCode Create(DLMStokes stokes, PetscInt far, DLMResponse **new_r
     base[d]       = 2 * (grid->cells[d] / 4);
     box.low[d]    = base[d] - r->far;
     box.width[d]  = 2 * r->far + 2;
-    if (DLMGridHasEnds(grid, d)) {
+    if (!grid->periodic[d]) {
       box.low[d]   = PetscMax(0, box.low[d]);
       box.width[d] = PetscMin(grid->cells[d], base[d] + r->far + 1) - box.low[d] + 1;
     }
     leaves *= box.width[d];
   }
-  PetscCall(DLMNodeType(&node));
   PetscCall(DLMNodeBoxForest(grid, 1, &box, &sf));
-  PetscCall(PetscMalloc1(3 * leaves, &values));
+  PetscCall(PetscMalloc2(3 * leaves, &values, grid->half ? 3 * leaves : 0, &turned));
   PetscCall(DLMStokesCreateVec(stokes, &rhs));
   PetscCall(VecDuplicate(rhs, &x));
   PetscCall(DLMStokesSetInnerTolerance(stokes, 1e-4, &rtol)); /* the tables only feed a preconditioner */
   for (PetscInt parity = 0; parity < 8; parity++) {
     const PetscInt source[3] = { base[0] + parity % 2, base[1] + (parity / 2) % 2, base[2] + parity / 4 };
     for (int c = 0; c < 3; c++) {
-      const PetscScalar *u;
       PetscCall(SetImpulse(stokes, source, c, rhs));
-      PetscCall(DLMStokesSolve(stokes, rhs, x));
-      PetscCall(VecGetArrayRead(x, &u));
-      PetscCall(PetscSFBcastBegin(sf, node, u, values, MPI_REPLACE));
-      PetscCall(PetscSFBcastEnd(sf, node, u, values, MPI_REPLACE));
-      PetscCall(VecRestoreArrayRead(x, &u));
+      PetscCall(Respond(stokes, sf, &box, rhs, x, PETSC_FALSE, values));
+      if (grid->half) {
+        PetscCall(Respond(stokes, sf, &box, rhs, x, PETSC_TRUE, turned));
+        for (PetscInt i = 0; i < 3 * leaves; i++) values[i] = 0.5 * (values[i] + turned[i]);
+      }
       Store(r, &box, values, source, parity, c);
     }
   }
   PetscCall(DLMStokesSetInnerTolerance(stokes, rtol, &rtol));
-  if (grid->half) Mirror(r);
   Symmetrise(r);
   Smooth(r);
   PetscCall(VecDestroy(&x));
   PetscCall(VecDestroy(&rhs));
-  PetscCall(PetscFree(values));
+  PetscCall(PetscFree2(values, turned));
   PetscCall(PetscSFDestroy(&sf));
   *new_response = r;
   PetscFunctionReturn(0);

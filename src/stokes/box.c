@@ -199,6 +199,29 @@ PetscErrorCode DLMBoxSolveSchur(DLMBox *box, const PetscScalar *b, PetscScalar *
   PetscFunctionReturn(0);
 }
 
+void DLMBoxTurn(DLMBox *box, PetscBool turned)
+{
+  box->velocity->turned = turned;
+  if (box->pressure) box->pressure->turned = turned;
+}
+
+/*
+  Between mirrors: sign of the pressure's sine that a velocity row aliases onto, and of the symbol of u2, in turned fields (docs/theory.md, B11). The middle row aliases onto
+  itself, as sines from both sides with opposite signs.
+*/
+static double AliasSign(const DLMBox *box, PetscInt row)
+{
+  const PetscInt k = box->velocity->rows[row], middle = box->pressure->cells[box->pressure->slow];
+
+  if (!box->velocity->turned || k < middle) return 1.0;
+  return k > middle ? -1.0 : 0.0;
+}
+
+static double SymbolSign(const DLMBox *box, int component)
+{
+  return box->velocity->turned && component == box->velocity->slow ? -1.0 : 1.0;
+}
+
 /* Pressure rows that a velocity row aliases onto: as it is, and conjugated. */
 static void AliasRows(const DLMBox *box, PetscInt row, PetscInt *direct, PetscInt *conjugate)
 {
@@ -211,7 +234,7 @@ static void AddDivergence(const DLMBox *box, PetscInt row, const double *u, Pets
 {
   const DLMModes *p = box->pressure, *v = box->velocity;
   const PetscInt  half = v->row / 2, coarse = p->count[p->fast], modes = coarse / 2 + 1, width = p->n_rows * p->row;
-  const double    weight = v->half && v->rows[row] == p->cells[p->slow] ? 0.5 : 0.25; /* the middle cosine aliases onto itself */
+  const double    weight = AliasSign(box, row) * (v->half && v->rows[row] == p->cells[p->slow] ? 0.5 : 0.25); /* the middle cosine aliases onto itself */
   double          re[half], im[half];
   PetscInt        direct, conjugate;
 
@@ -225,10 +248,11 @@ static void AddDivergence(const DLMBox *box, PetscInt row, const double *u, Pets
       for (int j = 0; j < 3; j++) {
         const double *restrict x = u + l * level_stride + j * component_stride;
         const double *restrict a = DLMBoxSymbol(box, DLMBoxPlace(box, m), dz, j, row), *restrict b = a + half;
+        const double           sign = SymbolSign(box, j);
 #pragma omp simd
         for (PetscInt i = 0; i < half; i++) {
-          re[i] += a[i] * x[2 * i] - b[i] * x[2 * i + 1];
-          im[i] += a[i] * x[2 * i + 1] + b[i] * x[2 * i];
+          re[i] += sign * (a[i] * x[2 * i] - b[i] * x[2 * i + 1]);
+          im[i] += sign * (a[i] * x[2 * i + 1] + b[i] * x[2 * i]);
         }
       }
     }
@@ -246,6 +270,7 @@ static void SetGradient(const DLMBox *box, PetscInt row, double *v, PetscInt lev
 {
   const DLMModes *p = box->pressure;
   const PetscInt  half = box->velocity->row / 2, coarse = p->count[p->fast], width = p->n_rows * p->row;
+  const double    alias = AliasSign(box, row);
   double          re[half], im[half];
   PetscInt        direct, conjugate;
 
@@ -266,10 +291,11 @@ static void SetGradient(const DLMBox *box, PetscInt row, double *v, PetscInt lev
       for (int j = 0; j < 3; j++) {
         double *restrict       x = v + l * level_stride + j * component_stride;
         const double *restrict a = DLMBoxSymbol(box, DLMBoxPlace(box, m), dz, j, row), *restrict b = a + half;
+        const double           sign = alias * SymbolSign(box, j);
 #pragma omp simd
         for (PetscInt i = 0; i < half; i++) {
-          x[2 * i] += a[i] * re[i] + b[i] * im[i];
-          x[2 * i + 1] += a[i] * im[i] - b[i] * re[i];
+          x[2 * i] += sign * (a[i] * re[i] + b[i] * im[i]);
+          x[2 * i + 1] += sign * (a[i] * im[i] - b[i] * re[i]);
         }
       }
     }

@@ -343,12 +343,12 @@ static PetscErrorCode ExchangeRows(DLMModes *modes, PetscInt block, PetscBool se
 }
 
 /*
-  Between mirrors: cosines along the slow axis, for u2 sines, which vanish on the mirrors; the same either way. Seen from the middle an even mode of cosines is even and an odd
+  Between mirrors: cosines along the slow axis, for u2 sines, which vanish on the mirrors (turned: the other way round); the same either way. Seen from the middle an even mode of cosines is even and an odd
   one odd, those of sines the other way round, so the one takes the sums of opposite nodes, the other their differences.
 */
 static void TransformSlow(const DLMModes *modes, PetscInt component, double *mode)
 {
-  const int          sine = component == modes->slow;
+  const int          sine = (component == modes->slow) != modes->turned;
   const PetscInt     row = modes->row, n = modes->cells[modes->slow], middle = n / 2;
   const PetscBLASInt width = (PetscBLASInt)row, apart = 2 * width, nodes = (PetscBLASInt)middle + 1;
   double            *sum = modes->folded, *difference = sum + (middle + 1) * row;

@@ -1,5 +1,6 @@
 /* Half of a box that is its own mirror image in x2 = 0: the same flow as in the whole box with the same divergence. */
 #include "dlmtest.h"
+#include "private/response.h"
 
 /* Both boxes of one scene. */
 typedef struct {
@@ -172,6 +173,29 @@ static void GhostsAreImages(void **state)
   }
 }
 
+/* Answers to an impulse and its image, and to it and the negative of its image, add up to those of the impulse alone: beyond the mirrors too. */
+static void ResponsesAreThoseOfTheWhole(void **state)
+{
+  PetscInt processes[3];
+
+  for (int layout = 0; layout < 2 && Layout(layout, processes); layout++) {
+    const DLMResponse *half, *whole;
+    Pair               pair;
+    double             worst = 0.0, largest = 0.0;
+    OpenPair((PetscInt[3]){ 24, 24, 24 }, 3, processes, &pair);
+    Call(DLMResponseGet(pair.half.stokes, 10, &half));
+    Call(DLMResponseGet(pair.whole.stokes, 10, &whole));
+    for (PetscInt i = 0; i < 9 * 21 * 21 * 21; i++) {
+      largest = fmax(largest, fabs(whole->far_table[i]));
+      worst   = fmax(worst, fabs(half->far_table[i] - whole->far_table[i]));
+    }
+    for (PetscInt i = 0; i < 9 * 8 * (2 * whole->near + 1) * (2 * whole->near + 1) * (2 * whole->near + 1); i++) worst = fmax(worst, fabs(half->near_table[i] - whole->near_table[i]));
+    AssertAtMost(worst / largest, 1e-12);
+    assert_true(half->far == 10 && whole->far == 10);
+    ClosePair(&pair);
+  }
+}
+
 static void OtherSolversAreRefused(void **state)
 {
   StokesCase     c;
@@ -195,6 +219,7 @@ static void OtherSolversAreRefused(void **state)
 
 static const struct CMUnitTest tests[] = {
   cmocka_unit_test(GhostsAreImages),
+  cmocka_unit_test(ResponsesAreThoseOfTheWhole),
   cmocka_unit_test(OtherSolversAreRefused),
   cmocka_unit_test(HalfFlowsAsTheWhole),
 };
