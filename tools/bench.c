@@ -88,6 +88,7 @@ static PetscErrorCode Run(int argc, char **argv)
   PetscFunctionBeginUser;
   PetscCall(DLMOptionsInsert(b.comm, argc, argv));
   PetscCall(DLMSceneCreate(b.comm, &scene));
+  PetscCall(DLMSimulationSettle(scene));
   PetscCall(PetscTime(&start));
   PetscCall(DLMSimulationCreate(scene, &sim));
   PetscCall(PetscTime(&end));

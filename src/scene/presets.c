@@ -19,10 +19,10 @@ typedef struct {
 
 /* in the order of DLMAccuracies */
 static const Preset presets[] = {
-  [DLM_ACCURACY_DRAFT]     = {2.8, 0.2, "strang", "1e-3", "immersed", "surface", "factor", {0.75, 0.029, 1.3, 1.9, 3.2}},
-  [DLM_ACCURACY_STANDARD]  = {3.6, 0.1, "strang", "1e-4", "immersed", "surface", "factor", {0.44, 0.044, 1.3, 0.58, 2.9}},
+  [DLM_ACCURACY_DRAFT]     = {2.8, 0.2, "strang", "1e-3", "immersed", "surface", "factor", {0.75, 0.029, 1.3, 1.9, 3.1}},
+  [DLM_ACCURACY_STANDARD]  = {3.6, 0.1, "strang", "1e-4", "immersed", "surface", "factor", {0.44, 0.044, 1.3, 0.72, 2.8}},
   [DLM_ACCURACY_FINE]      = {4.8, 0.05, "strang", "1e-5", "immersed", "surface", "factor", {0.22, 0.028, 0.054, 0.16, 1.5}},
-  [DLM_ACCURACY_REFERENCE] = {6.4, 0.02, "strang", "1e-6", "immersed", "surface", "factor", {0.085, 0.027, 0.2, 0.14, 0.86}},
+  [DLM_ACCURACY_REFERENCE] = {6.4, 0.02, "strang", "1e-6", "immersed", "surface", "factor", {0.085, 0.027, 0.2, 0.13, 0.82}},
 };
 
 /* What an error was measured in, and of what. */
