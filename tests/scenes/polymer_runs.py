@@ -65,7 +65,7 @@ def launch(options, ranks=1):
 def run(options, ranks=1):
     code, output, path = launch(options, ranks)
     if code:
-        sys.exit(f"dlmfd {options} on {ranks} ranks: exit code {code}\n" + "\n".join(line for line in output.splitlines() if "rror" in line or "RROR" in line)[:1000])
+        sys.exit(f"dlmfd {options} on {ranks} ranks: exit code {code}\n" + "\n".join(line for line in output.splitlines() if "error:" in line or "ERROR" in line)[:1000])
     return Run(path)
 
 
