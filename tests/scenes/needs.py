@@ -108,6 +108,18 @@ def close(scene):
     return False
 
 
+def mirrored(scene, words):
+    """What of the box is computed: half, where the scene is its own mirror image in x2 = 0 and the mesh can be halved."""
+    def parts(keys, components):
+        return [float((given(words, key) or "0,0,0").split(",")[k]) for key in keys for k in components]
+
+    across = parts(("gravity", "pressure_gradient", "sphere_force", "sphere_velocity", "wall_velocity_lower", "wall_velocity_upper"), (1,))
+    across += parts(("sphere_omega", "sphere_torque"), (0, 2)) + [sphere["center"][1] for sphere in scene["spheres"]]
+    if not scene["box_periodic"][1] or sum(scene["box_periodic"]) < 2 or any(across):
+        return "none"
+    return "half" if scene["cells"][1] % 4 == 0 and scene["cells"][1] >= 8 else "whole"
+
+
 def needed(summary, words):
     """object -> whether the scene needs it."""
     scene, frame = summary["scene"], summary["frame_velocity"]
@@ -160,6 +172,8 @@ def check_scene(program, words):
         require(need[name] == part["built"], f"{name}: built {part['built']} ({part['why']}), needed {need[name]}")
         require(part["built"] or abs(part["bytes"]) <= UNBUILT, f"{name}: not built, but takes {part['bytes']} bytes")
         require(part["why"], f"{name}: no reason")
+    mirror = mirrored(summary["scene"], words)
+    require(summary["scene"]["box_mirror"] == mirror, f"-box_mirror {summary['scene']['box_mirror']}, needed {mirror}")
     steps, outputs = expected_substeps(summary, need)
     require(set(summary["seconds_by_substep"]) == steps, f"sub-steps {sorted(summary['seconds_by_substep'])}, needed {sorted(steps)}")
     require(set(summary["seconds_by_output"]) == outputs, f"outputs {sorted(summary['seconds_by_output'])}, needed {sorted(outputs)}")
