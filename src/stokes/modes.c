@@ -349,12 +349,12 @@ static PetscErrorCode ExchangeRows(DLMModes *modes, PetscInt block, PetscBool se
 static void TransformSlow(const DLMModes *modes, PetscInt component, double *mode)
 {
   const int          sine = (component == modes->slow) != modes->turned;
-  const PetscInt     row = modes->row, n = modes->cells[modes->slow], middle = n / 2;
-  const PetscBLASInt width = (PetscBLASInt)row, apart = 2 * width, nodes = (PetscBLASInt)middle + 1;
-  double            *sum = modes->folded, *difference = sum + (middle + 1) * row;
+  const PetscInt     row = modes->row, n = modes->cells[modes->slow], pairs = (n + 1) / 2;
+  const PetscBLASInt width = (PetscBLASInt)row, apart = 2 * width, nodes = (PetscBLASInt)n / 2 + 1;
+  double            *sum = modes->folded, *difference = sum + nodes * row;
   const PetscReal    one = 1.0, zero = 0.0;
 
-  for (PetscInt j = 0; j < middle; j++) {
+  for (PetscInt j = 0; j < pairs; j++) {
     const double *restrict a = mode + j * row, *restrict b = mode + (n - j) * row;
     double *restrict       s = sum + j * row, *restrict d = difference + j * row;
     for (PetscInt i = 0; i < row; i++) {
@@ -362,10 +362,10 @@ static void TransformSlow(const DLMModes *modes, PetscInt component, double *mod
       d[i] = a[i] - b[i];
     }
   }
-  for (PetscInt i = 0; i < row; i++) sum[middle * row + i] = mode[middle * row + i];
+  for (PetscInt i = pairs * row; i < nodes * row; i++) sum[i] = mode[i]; /* of an even number of cells: the node in the middle has no difference */
   for (int odd = 0; odd < 2; odd++) {
-    const PetscBLASInt modes_of = nodes - odd, from = odd == sine ? nodes : nodes - 1; /* the middle node has no difference */
-    BLASgemm_("N", "N", &width, &modes_of, &from, &one, odd == sine ? sum : difference, &width, modes->waves[sine][odd], &nodes, &zero, mode + odd * row, &apart);
+    const PetscBLASInt waves = (PetscBLASInt)(odd ? pairs : nodes), from = odd == sine ? nodes : (PetscBLASInt)pairs;
+    BLASgemm_("N", "N", &width, &waves, &from, &one, odd == sine ? sum : difference, &width, modes->waves[sine][odd], &nodes, &zero, mode + odd * row, &apart);
   }
 }
 

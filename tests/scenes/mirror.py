@@ -22,6 +22,7 @@ OLDROYD = " -fluid_model oldroyd_b -fluid_relaxation_time 0.5"
 SCENES = {
     "pair": PAIR,
     "pair that touches": BOX + "-sphere_centers -0.17,0,0.05,0.17,0,-0.05 -sphere_density 3" + SHEAR,
+    "pair, an odd number of pressure cells": PAIR.replace("resolution 16", "resolution 20"),
     "three in a row, one fixed, one turned": BOX + "-spheres_file three.csv" + SHEAR,
     "settling, three periodic axes": BOX + "-box_periodic 1,1,1 -gravity 10,0,-3 -sphere_density 2 -sphere_centers 0.1,0,0.2",
     "walls at x1": BOX.replace("2,1,1", "1,1,2") + "-box_periodic 0,1,1 -wall_velocity_x1_upper 0,0,1 -sphere_centers 0.2,0,0.1",

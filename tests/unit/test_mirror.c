@@ -127,11 +127,11 @@ static void CheckPair(const PetscInt cells[3], unsigned periodic, const PetscInt
 
 static void HalfFlowsAsTheWhole(void **state)
 {
-  const PetscInt cells[3][3] = { { 16, 32, 20 }, { 16, 40, 16 }, { 20, 32, 16 } };
-  const unsigned periodic[3] = { 3, 7, 6 };
+  const PetscInt cells[4][3] = { { 16, 32, 20 }, { 16, 40, 16 }, { 20, 32, 16 }, { 18, 36, 16 } }; /* the last: an odd number of pressure cells between the mirrors */
+  const unsigned periodic[4] = { 3, 7, 6, 3 };
   PetscInt       processes[3];
 
-  for (int k = 0; k < 3; k++)
+  for (int k = 0; k < 4; k++)
     for (int layout = 0; Layout(layout, processes); layout++) CheckPair(cells[k], periodic[k], processes);
 }
 
