@@ -72,6 +72,14 @@ static PetscBool FindObstacle(const DLMScene *scene, char text[TEXT])
   return PETSC_FALSE;
 }
 
+PetscBool DLMSceneWantsHalf(const DLMScene *scene)
+{
+  char text[TEXT];
+
+  if (scene->box_mirror == DLM_MIRROR_AUTO) return (PetscBool)!FindAsymmetry(scene, text);
+  return (PetscBool)(scene->box_mirror == DLM_MIRROR_HALF);
+}
+
 PetscErrorCode DLMSceneSetMirror(DLMScene *scene)
 {
   char            text[TEXT] = "";

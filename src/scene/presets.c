@@ -73,25 +73,34 @@ static PetscReal SceneTime(const DLMScene *scene)
   return PetscMin(1.0 / rate, memory);
 }
 
-static PetscBool EvenOnEveryAxis(const DLMScene *scene, PetscReal resolution)
+/* Every axis has an even number of cells; if halved, half of that of x2 is even too. */
+static PetscBool EvenOnEveryAxis(const DLMScene *scene, PetscBool halved, PetscReal resolution)
 {
   for (int d = 0; d < 3; d++) {
-    const PetscReal cells = scene->box_size[d] * resolution;
-    const PetscReal step  = d == 1 && scene->box_mirror == DLM_MIRROR_HALF ? 4.0 : 2.0; /* half of the cells is even too */
+    const PetscReal cells = scene->box_size[d] * resolution, step = halved && d == 1 ? 4.0 : 2.0;
     if (cells < 3.5 || PetscAbsReal(cells - step * round(cells / step)) > 1e-9 * cells) return PETSC_FALSE;
   }
   return PETSC_TRUE;
 }
 
-/* The smallest resolution from least to twice that which fits the box, or 0. */
-static PetscReal FittingResolution(const DLMScene *scene, PetscReal least)
+/* The smallest resolution from least to most which fits the box, or 0. */
+static PetscReal SmallestResolution(const DLMScene *scene, PetscBool halved, PetscReal least, PetscReal most)
 {
   const PetscReal *size     = scene->box_size;
-  const PetscReal  shortest = PetscMin(size[0], PetscMin(size[1], size[2])), from = 0.5 * shortest * least * (1.0 - 1e-9);
+  const PetscReal  shortest = PetscMin(size[0], PetscMin(size[1], size[2])), to_pairs = 0.5 * shortest * (1.0 - 1e-9);
 
-  for (PetscReal half = PetscMax(2.0, PetscCeilReal(from)); half <= PetscMax(2.0, 2.0 * from); half += 1.0)
-    if (EvenOnEveryAxis(scene, 2.0 * half / shortest)) return 2.0 * half / shortest;
+  for (PetscReal pairs = PetscMax(2.0, PetscCeilReal(to_pairs * least)); pairs <= PetscMax(2.0, to_pairs * most); pairs += 1.0)
+    if (EvenOnEveryAxis(scene, halved, 2.0 * pairs / shortest)) return 2.0 * pairs / shortest;
   return 0.0;
+}
+
+/* The smallest resolution from least to twice that which fits the box, or one that fits half of it and does not have twice as many nodes; or 0. */
+static PetscReal FittingResolution(const DLMScene *scene, PetscReal least)
+{
+  const PetscReal whole = SmallestResolution(scene, PETSC_FALSE, least, 2.0 * least);
+  const PetscReal half  = DLMSceneWantsHalf(scene) && whole > 0.0 ? SmallestResolution(scene, PETSC_TRUE, whole, 1.25 * whole) : 0.0;
+
+  return half > 0.0 ? half : whole;
 }
 
 PetscErrorCode DLMScenePresetMesh(const DLMScene *scene, DLMAccuracy accuracy, PetscReal *resolution, PetscReal *dt)
@@ -207,7 +216,7 @@ static PetscErrorCode ViewRow(const DLMScene *scene, DLMAccuracy accuracy, Kind 
     PetscFunctionReturn(0);
   }
   for (int d = 0; d < 3; d++) nodes *= scene->box_size[d] * resolution + !scene->box_periodic[d];
-  if (scene->box_mirror == DLM_MIRROR_HALF) nodes *= 0.5;
+  if (scene->box_mirror == DLM_MIRROR_HALF) nodes *= 0.5; /* as in this run */
   if (kind < N_KINDS && preset->error[kind] > 0.0) PetscCall(PetscSNPrintf(error, sizeof(error), "%.2g %%", (double)preset->error[kind]));
   PetscCall(PetscViewerASCIIPrintf(viewer, "%-9s  %7.6g  %9.4g  %12s  %8s  %9.0f  %s%s\n", DLMAccuracies[accuracy], (double)resolution, (double)dt, preset->rtol, error, (double)steps,
                                    DLMDurationText((double)(node_seconds * nodes * steps), lasts), accuracy == scene->accuracy ? "  (this run)" : ""));

@@ -99,6 +99,8 @@ PETSC_INTERN PetscErrorCode DLMSceneCheck(DLMScene *scene);
 enum { DLM_SPHERE_NAME = PETSC_MAX_PATH_LEN + 64 };
 PETSC_INTERN const char *DLMSphereName(const DLMScene *scene, PetscInt i, char text[DLM_SPHERE_NAME]);
 /* overlap.c: refuses spheres that overlap, periodic images counted, in time O(number of spheres) */
+/* mirror.c: true if the scene, whose -box_mirror need not be resolved, is to be computed on half of the box, should its mesh allow it. */
+PETSC_INTERN PetscBool DLMSceneWantsHalf(const DLMScene *scene);
 /* mirror.c: resolves -box_mirror, or says why half of the box will not do. */
 PETSC_INTERN PetscErrorCode DLMSceneSetMirror(DLMScene *scene);
 PETSC_INTERN PetscErrorCode DLMSceneCheckOverlap(const DLMScene *scene);

@@ -160,6 +160,12 @@ static void PresetsFollowTheSceneAndGivenKeysWin(void **state)
   AssertOption("-ts_split_scheme", "lie");
   for (int i = 0; i < s->n_preset_keys; i++) assert_false(s->preset_key[i].applied);
   OK(DLMSceneDestroy(&s));
+  for (int off = 0; off < 2; off++) { /* 54 cells along x2 cannot be halved, 60 can */
+    snprintf(line, sizeof(line), "-box_size 1,1.5,1 -wall_velocity_upper 1,0,0 -sphere_radius 0.1 -sphere_centers 0,%g,0 -accuracy standard", 0.1 * off);
+    s = Make(line);
+    assert_true(s->grid_resolution == (off ? 36 : 40) && s->box_mirror == (off ? DLM_MIRROR_NONE : DLM_MIRROR_HALF));
+    OK(DLMSceneDestroy(&s));
+  }
   s = Make("-ts_dt 0.5 -accuracy fine"); /* without spheres there is no radius */
   assert_true(s->grid_resolution == 24 && s->ts_dt == 0.5);
   OK(DLMSceneDestroy(&s));
