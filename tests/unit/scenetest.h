@@ -75,14 +75,14 @@ static inline int MakeFolder(void **state)
 
 static inline int RemoveFolder(void **state)
 {
-  static const char *const names[] = {"same.yaml", "same.opts", "a.yaml",        "b.opts",    "full.csv",
+  static const char *const names[] = {"same.yaml", "same.opts", "other.yaml",    "a.yaml",     "b.opts", "full.csv",
                                       "bare.csv",  "many.csv",  "with_csv.yaml", "random.csv", "two.csv"};
   PetscMPIInt              rank;
   char                     path[PETSC_MAX_PATH_LEN];
 
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   MPI_Barrier(PETSC_COMM_WORLD);
-  for (int i = 0; !rank && i < 10; i++) {
+  for (size_t i = 0; !rank && i < PETSC_STATIC_ARRAY_LENGTH(names); i++) {
     PathOf(names[i], path);
     remove(path);
   }
